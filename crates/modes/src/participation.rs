@@ -362,6 +362,7 @@ mod tests {
 
     use super::*;
     use crate::model::GROUND;
+    use crate::structure::samples;
     use crate::system::SystemBuilder;
     use crate::{Beam, BeamEnd, Rod, RodEnd};
 
@@ -413,17 +414,7 @@ mod tests {
 
     #[test]
     fn effective_masses_add_up_with_massless_nodes_and_a_full_mass_matrix() {
-        let system = System::builder()
-            .mass("a", 1e6)
-            .mass("node", 0.0)
-            .mass("b", 1e-3)
-            .mass("c", 2.0)
-            .spring(GROUND, "a", 3.0)
-            .spring("a", "node", 1e8)
-            .spring("node", "b", 2e-2)
-            .spring("b", "c", 7.0)
-            .build()
-            .unwrap();
+        let system = samples::chain(&[1e6, 0.0, 1e-3, 2.0], &[3.0, 1e8, 2e-2, 7.0], &[]);
         let participation = Participation::of(&system).unwrap();
         assert_eq!(participation.effective_masses().len(), 3);
         assert!(participation.defect() < 1e-14);

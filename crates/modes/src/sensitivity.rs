@@ -248,35 +248,28 @@ mod tests {
     use faer::Mat;
 
     use super::*;
-    use crate::model::GROUND;
     use crate::modes::Repeats;
+    use crate::structure::samples::{chain, network, with_matrices};
 
     fn close(a: Complex<f64>, b: Complex<f64>, tolerance: f64) -> bool {
         (a - b).norm() <= tolerance
     }
 
     fn one_mass(m: f64, c: f64, k: f64) -> System {
-        let builder = System::builder().mass("m", m).spring(GROUND, "m", k);
-        builder.damper(GROUND, "m", c).build().unwrap()
+        chain(&[m], &[k], &[c])
     }
 
     /// Three masses and a massless node, damped without pattern.
     fn damped() -> System {
-        System::builder()
-            .mass("a", 2.0)
-            .mass("b", 1.0)
-            .mass("c", 0.5)
-            .mass("node", 0.0)
-            .spring(GROUND, "a", 3.0)
-            .spring("a", "b", 40.0)
-            .spring("b", "c", 5.0)
-            .spring("c", "node", 7.0)
-            .spring("node", GROUND, 2.0)
-            .damper(GROUND, "a", 0.3)
-            .damper("b", "c", 1.1)
-            .damper("node", "a", 0.8)
-            .build()
-            .unwrap()
+        let springs = [
+            (0, 1, 3.0),
+            (1, 2, 40.0),
+            (2, 3, 5.0),
+            (3, 4, 7.0),
+            (4, 0, 2.0),
+        ];
+        let dampers = [(0, 1, 0.3), (2, 3, 1.1), (4, 1, 0.8)];
+        network(&[2.0, 1.0, 0.5, 0.0], &springs, &dampers)
     }
 
     /// The same with a circulatory K, a full M and an asymmetric C added.
@@ -285,19 +278,9 @@ mod tests {
         let mass = Mat::from_fn(3, 3, |i, j| if i == j { 3.0 } else { 0.3 * entry(i, j) });
         let damping = Mat::from_fn(3, 3, |i, j| 0.2 * entry(j, i));
         let stiffness = Mat::from_fn(3, 3, |i, j| 2.0 * entry(i, 2 * j));
-        System::builder()
-            .mass("a", 1.0)
-            .mass("b", 0.0)
-            .mass("c", 2.0)
-            .spring(GROUND, "a", 11.0)
-            .spring("a", "b", 5.0)
-            .spring("b", "c", 8.0)
-            .damper("c", GROUND, 0.7)
-            .matrix(MatrixKind::Mass, mass.as_ref())
-            .matrix(MatrixKind::Damping, damping.as_ref())
-            .matrix(MatrixKind::Stiffness, stiffness.as_ref())
-            .build()
-            .unwrap()
+        let springs = [(0, 1, 11.0), (1, 2, 5.0), (2, 3, 8.0)];
+        let added = [Some(mass), Some(damping), Some(stiffness)];
+        with_matrices(&[1.0, 0.0, 2.0], &springs, &[(3, 0, 0.7)], added)
     }
 
     /// The system with one parameter changed.
@@ -345,13 +328,7 @@ mod tests {
     fn a_soft_spring_beside_one_of_1e16_keeps_all_digits() {
         // With ε = k1/k2: ω₋² = k1/2 − k1ε/8 + …, ω₊² = 2k2 + k1/2 + k1ε/8 + …
         let (k1, k2) = (1.0, 1e16);
-        let system = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .spring(GROUND, "a", k1)
-            .spring("a", "b", k2)
-            .build()
-            .unwrap();
+        let system = chain(&[1.0; 2], &[k1, k2], &[]);
         let modes = system.modes().unwrap();
         let ratio: f64 = k1 / k2;
         let expected = [[0.5, ratio / 8.0], [ratio / 8.0, 0.5]];
@@ -380,20 +357,9 @@ mod tests {
     #[test]
     fn springs_share_half_of_each_frequency() {
         let n = 30;
-        let mut builder = System::builder();
-        for i in 0..n {
-            builder = builder.mass(format!("m{i}"), 1.0 + (i as f64).cos().abs());
-        }
-        for i in 0..n {
-            let before = if i == 0 {
-                GROUND.to_owned()
-            } else {
-                format!("m{}", i - 1)
-            };
-            let stiffness = 10f64.powi((i as i32 * 7) % 13);
-            builder = builder.spring(before, format!("m{i}"), stiffness);
-        }
-        let system = builder.build().unwrap();
+        let masses: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64).cos().abs()).collect();
+        let springs = (0..n).map(|i| 10f64.powi((i as i32 * 7) % 13));
+        let system = chain(&masses, &springs.collect::<Vec<_>>(), &[]);
         for mode in &system.modes().unwrap() {
             let sensitivity = Sensitivity::of(&system, mode).unwrap();
             let omega = mode.natural_frequency().radians_per_second();
@@ -528,14 +494,8 @@ mod tests {
     fn near_roots_turn_their_shapes_fast() {
         // Two equal oscillators, coupled by κ: with x_a = 1, ∂x_b/∂k_a = 1/2κ in phase and out of it.
         let coupling = 1e-10;
-        let system = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .spring(GROUND, "a", 1.0)
-            .spring(GROUND, "b", 1.0)
-            .spring("a", "b", coupling)
-            .build()
-            .unwrap();
+        let springs = [(0, 1, 1.0), (0, 2, 1.0), (1, 2, coupling)];
+        let system = network(&[1.0; 2], &springs, &[]);
         for mode in &system.modes().unwrap() {
             let sensitivity = Sensitivity::of(&system, mode).unwrap();
             let derivative = sensitivity.to(Parameter::Spring(0)).unwrap();
@@ -550,11 +510,7 @@ mod tests {
     #[test]
     fn a_simple_root_at_zero_relaxes_under_a_first_spring() {
         // λ = 0 of m x″ + c x′ becomes −k/c; there is no spring yet.
-        let system = System::builder()
-            .mass("m", 3.0)
-            .damper(GROUND, "m", 4.0)
-            .build()
-            .unwrap();
+        let system = chain(&[3.0], &[], &[4.0]);
         let modes = system.modes().unwrap();
         let sensitivity = Sensitivity::of(&system, &modes.as_slice()[0]).unwrap();
         let kind = MatrixKind::Stiffness;
@@ -580,13 +536,7 @@ mod tests {
         let error = Sensitivity::of(&critical, &mode).err();
         assert_eq!(error, Some(SensitivityError::Defective { multiplicity: 2 }));
 
-        let twins = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .spring(GROUND, "a", 1.0)
-            .spring(GROUND, "b", 1.0)
-            .build()
-            .unwrap();
+        let twins = network(&[1.0; 2], &[(0, 1, 1.0), (0, 2, 1.0)], &[]);
         let mode = twins.modes().unwrap().as_slice()[1].clone();
         let error = Sensitivity::of(&twins, &mode).err();
         assert_eq!(error, Some(SensitivityError::Repeated { multiplicity: 2 }));
@@ -603,24 +553,11 @@ mod tests {
         // A ring has its frequencies in pairs, and so do decoupled oscillators of one k/m. Rounding
         // may part such roots by a digit; then each is listed as simple.
         let ring = |n: usize| {
-            let mut builder = System::builder();
-            for i in 0..n {
-                let name = format!("m{i}");
-                builder = builder.mass(&name, 0.7).spring(GROUND, &name, 0.3);
-            }
-            for i in 0..n {
-                let next = (i + 1) % n;
-                builder = builder.spring(format!("m{i}"), format!("m{next}"), 1.1);
-            }
-            builder.build().unwrap()
+            let held = (1..=n).map(|i| (0, i, 0.3));
+            let joined = (1..=n).map(|i| (i, i % n + 1, 1.1));
+            network(&vec![0.7; n], &held.chain(joined).collect::<Vec<_>>(), &[])
         };
-        let apart = System::builder()
-            .mass("a", 3.0)
-            .mass("b", 21.0)
-            .spring(GROUND, "a", 11.0)
-            .spring(GROUND, "b", 77.0)
-            .build()
-            .unwrap();
+        let apart = network(&[3.0, 21.0], &[(0, 1, 11.0), (0, 2, 77.0)], &[]);
         for (system, simple) in [(ring(3), 1), (ring(5), 1), (ring(8), 2), (apart, 0)] {
             let mut count = 0;
             for mode in &system.modes().unwrap() {

@@ -6,6 +6,8 @@ use eigentone_response::{
     Response, ResponseMethod, ResponsePlan, State, Step, Summary, Trajectory,
 };
 
+use crate::systems::in_a_row;
+
 fn answered(problem: &Problem<'_>) -> Trajectory {
     let plan = ResponsePlan::of(problem).expect("a plan");
     plan.run(problem).expect("a motion")
@@ -259,16 +261,11 @@ fn superposition_allows_for_what_cancels_after_a_push() {
         (7.0, 0.3, 1e-3),
         (1e5, 3e-2, 1e-12),
     ] {
-        let system = System::builder()
-            .mass("a", heavy)
-            .mass("b", light)
-            .spring(GROUND, "a", spring)
-            .spring("a", "b", spring)
-            .damper(GROUND, "a", 5.0)
-            .damper("a", "b", 4.0)
-            .damper(GROUND, "b", 9.0)
-            .build()
-            .expect("a system");
+        let system = in_a_row(
+            &[("a", heavy), ("b", light)],
+            &[spring, spring],
+            &[5.0, 4.0, 9.0],
+        );
         for pushed in ["a", "b"] {
             let from = State::at_rest().push(pushed, 0.7);
             let response = Response::of(&system).from(from).every(0.1).until(1.0);

@@ -2,11 +2,13 @@
 //! a mass and of a node without one.
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{Beam, BeamEnd, Bounds, GROUND, MatrixKind, Precision, System};
+use eigentone_modes::{Bounds, GROUND, MatrixKind, Precision, System};
 use eigentone_response::{
     ByCertifiedExponential, ByExponential, Extrema, Harmonic, Hold, Impulse, Ramp, Response,
     ResponseMethod, Samples, State, Step, methods,
 };
+
+use crate::systems::{CANTILEVER, answers, beam, in_a_row};
 
 /// A value with its first two derivatives.
 type Course = [f64; 3];
@@ -60,17 +62,18 @@ fn light_masses_within_a_heavy_one_are_no_constraint() {
     }
 }
 
+/// A mass on a spring to a node without mass, and that on another to the ground.
+fn beside_a_node() -> System {
+    let system = System::builder().mass("m", 2.0).mass("p", 0.0);
+    let system = system.spring("m", "p", 3.0).spring("p", GROUND, 6.0);
+    system.build().expect("a system")
+}
+
 /// 2 kg on 3 N/m to a node without mass, and that on 6 N/m to the ground: ω = 1/s, and a force f on the
 /// node moves the mass as f/3 would. The node itself is at (3x + f)/9.
 #[test]
 fn a_node_without_mass_follows_its_force_at_once() {
-    let system = System::builder()
-        .mass("m", 2.0)
-        .mass("p", 0.0)
-        .spring("m", "p", 3.0)
-        .spring("p", GROUND, 6.0)
-        .build()
-        .expect("a system");
+    let system = beside_a_node();
     let (omega, phase) = (0.5, 0.3);
     let (step, ramp, impulse) = (0.75, 1.5, 2.25);
     let asked = Response::of(&system)
@@ -115,13 +118,8 @@ fn a_node_without_mass_follows_its_force_at_once() {
         ])
     };
     let problem = asked.problem().expect("well posed");
-    let mut answered = Vec::new();
-    for method in methods() {
-        if method.refuses(&problem).is_some() {
-            continue;
-        }
-        answered.push(method.name());
-        let found = method.run(&problem).expect("it does not refuse");
+    let answers = answers(&problem);
+    for (method, found) in &answers {
         let acceleration = found.acceleration().expect("asked for");
         let kinds = [found.displacement(), found.velocity(), acceleration];
         assert_eq!(found.len(), 101);
@@ -133,17 +131,13 @@ fn a_node_without_mass_follows_its_force_at_once() {
                 for (i, wanted) in [mass[kind], node[kind]].into_iter().enumerate() {
                     let off = (values[(i, j)] - wanted).abs();
                     // The ramp ends at 350 N and the mass at 60 m.
-                    assert!(
-                        off < 1e-12,
-                        "{}: {kind} of {i} at {t}: {off:e}",
-                        method.name()
-                    );
+                    assert!(off < 1e-12, "{method}: {kind} of {i} at {t}: {off:e}");
                 }
             }
         }
     }
     for name in ["exponential", "superposition"] {
-        assert!(answered.contains(&name), "only {answered:?}");
+        assert!(answers.iter().any(|(method, _)| *method == name), "{name}");
     }
 }
 
@@ -151,13 +145,7 @@ fn a_node_without_mass_follows_its_force_at_once() {
 /// instant on, and the mass is accelerated by 3/2 of where the node stands.
 #[test]
 fn forces_of_any_size_act_at_once() {
-    let system = System::builder()
-        .mass("m", 2.0)
-        .mass("p", 0.0)
-        .spring("m", "p", 3.0)
-        .spring("p", GROUND, 6.0)
-        .build()
-        .expect("a system");
+    let system = beside_a_node();
     for size in [1e-9, 1.0, 1e9] {
         let asked = Response::of(&system)
             .load("p", Step::of(9.0 * size))
@@ -166,18 +154,14 @@ fn forces_of_any_size_act_at_once() {
             .until(5.0)
             .with_acceleration();
         let problem = asked.problem().expect("well posed");
-        for method in methods() {
-            if method.refuses(&problem).is_some() {
-                continue;
-            }
-            let found = method.run(&problem).expect("it does not refuse");
+        for (method, found) in answers(&problem) {
             let acceleration = found.acceleration().expect("asked for");
             let kinds = [found.displacement(), found.velocity(), acceleration];
             let wanted = [[0.0, 0.0, 1.5], [1.0, 2.0, 0.5]];
             for (kind, values) in kinds.iter().enumerate() {
                 for (i, wanted) in wanted.iter().enumerate() {
                     let off = (values[(i, 0)] / size - wanted[kind]).abs();
-                    assert!(off < 1e-14, "{}: {kind} of {i}: {off:e}", method.name());
+                    assert!(off < 1e-14, "{method}: {kind} of {i}: {off:e}");
                 }
             }
         }
@@ -201,13 +185,8 @@ fn a_damped_node_without_mass_moves_as_fast_as_its_force_says() {
         .load("p", Step::of(3.0));
     let problem = asked.every(0.3).until(9.0).with_acceleration();
     let problem = problem.problem().expect("well posed");
-    let mut answered = Vec::new();
-    for method in methods() {
-        if method.refuses(&problem).is_some() {
-            continue;
-        }
-        answered.push(method.name());
-        let found = method.run(&problem).expect("it does not refuse");
+    let answers = answers(&problem);
+    for (method, found) in &answers {
         let acceleration = found.acceleration().expect("asked for");
         let kinds = [found.displacement(), found.velocity(), acceleration];
         for j in 0..found.len() {
@@ -223,24 +202,19 @@ fn a_damped_node_without_mass_moves_as_fast_as_its_force_says() {
             for (kind, values) in kinds.iter().enumerate() {
                 for (i, wanted) in [relaxing[kind], still[kind]].into_iter().enumerate() {
                     let off = (values[(i, j)] - wanted).abs();
-                    let name = method.name();
-                    assert!(off < 1e-13, "{name}: {kind} of {i} at {t}: {off:e}");
+                    assert!(off < 1e-13, "{method}: {kind} of {i} at {t}: {off:e}");
                 }
             }
         }
     }
-    assert!(answered.contains(&"exponential"), "only {answered:?}");
+    assert!(answers.iter().any(|(method, _)| *method == "exponential"));
 }
 
 /// A spring alone is f/k long at once: no state, no step, and yet what is rounded has an estimate.
 #[test]
 fn what_follows_at_once_has_an_estimate() {
     let stiffness = 6e5;
-    let system = System::builder()
-        .mass("m", 0.0)
-        .spring(GROUND, "m", stiffness)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 0.0)], &[stiffness], &[]);
     let values: Vec<f64> = (0..40).map(|k| (1.0 + f64::from(k)).sqrt()).collect();
     let load = Samples {
         step: 0.1,
@@ -267,12 +241,7 @@ fn what_follows_at_once_has_an_estimate() {
 /// right to the last digit. cos 1e6 = 0.93675212753314478693…
 #[test]
 fn angles_are_right_after_a_million_seconds() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .damper(GROUND, "m", 2.0)
-        .spring(GROUND, "m", 1.0)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[1.0], &[2.0]);
     let asked = Response::of(&system).load("m", Harmonic::of(1.0, 1.0));
     let found = asked.every(10.0).until(1e6).run_by(&ByExponential);
     let found = found.expect("it takes every system");
@@ -460,18 +429,13 @@ fn what_is_driven_does_not_rest() {
     let from = State::at_rest().displace("moves", 1.0);
     let asked = Response::of(&system).from(from).every(0.5);
     let problem = asked.clone().until(10.0).problem().expect("well posed");
-    for method in methods() {
-        if method.refuses(&problem).is_some() {
-            continue;
-        }
-        let found = method.run(&problem);
-        let found = found.unwrap_or_else(|error| panic!("{}: {error}", method.name()));
+    for (method, found) in answers(&problem) {
         for k in 0..found.len() {
             // y″ = y + 5 cos 2t from rest.
             let t = 0.5 * k as f64;
             let exact = t.cosh() - (2.0 * t).cos();
             let off = (found.displacement()[(1, k)] - exact).abs();
-            assert!(off < 1e-11 * t.exp(), "{}, {t}: {off:e}", method.name());
+            assert!(off < 1e-11 * t.exp(), "{method}, {t}: {off:e}");
         }
     }
     let overflow = asked.until(1000.0).run();
@@ -482,15 +446,7 @@ fn what_is_driven_does_not_rest() {
 /// norm of sizes, near 1 where a matrix is near I, so that 32 digits suffice. The tip swings about F L³/3EI.
 #[test]
 fn many_elements_take_few_digits() {
-    let beam = Beam {
-        name: "b".to_owned(),
-        length: 2.0,
-        elements: 40,
-        flexural_rigidity: 100.0,
-        mass_per_length: 1.2,
-        ends: [BeamEnd::Clamped, BeamEnd::Free],
-        lumped: false,
-    };
+    let beam = beam("b", 40, [2.0, 100.0, 1.2], CANTILEVER);
     let system = System::builder().beam(beam).damper(GROUND, "b.40.w", 1.0);
     let system = system.build().expect("a beam");
     let ask = Response::of(&system).load("b.40.w", Step::of(1.0));

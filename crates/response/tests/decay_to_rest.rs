@@ -1,21 +1,15 @@
 //! What decays to rest under a constant load keeps its digits in doubles: velocities against 80-digit
 //! exponentials by mpmath.
 
-use eigentone_modes::{GROUND, Precision, System};
+use eigentone_modes::{Precision, System};
 use eigentone_response::{
     ByExponential, BySuperposition, Output, Problem, Response, ResponseMethod, State, Step,
 };
 
+use crate::systems::in_a_row;
+
 fn system(damper: f64) -> System {
-    System::builder()
-        .mass("a", 1.5)
-        .mass("b", 0.75)
-        .spring(GROUND, "a", 20.0)
-        .spring("a", "b", 12.0)
-        .damper(GROUND, "a", 2.5)
-        .damper("a", "b", damper)
-        .build()
-        .expect("a system")
+    in_a_row(&[("a", 1.5), ("b", 0.75)], &[20.0, 12.0], &[2.5, damper])
 }
 
 fn loaded(system: &System) -> Problem<'_> {

@@ -1,14 +1,16 @@
 //! What is computed in doubles for many designs, and its derivatives, against proven answers and differences of them.
 
-use eigentone_modes::{Beam, BeamEnd, GROUND, Precision, System, SystemBuilder};
+use eigentone_modes::{GROUND, Precision, System, SystemBuilder};
 use eigentone_response::{
-    ByCertifiedExponential, Combination, Extrema, FrequencyResponse, HalfSine, Harmonic, Hold,
-    LargestGain, Peak, Quantity, RandomVibration, Response, ResponsePlan, Samples, State, Step,
-    Sum, Trajectory, Weighting, peak_grid,
+    ByCertifiedExponential, Extrema, FrequencyResponse, HalfSine, Harmonic, Hold, LargestGain,
+    Peak, Quantity, RandomVibration, Response, ResponsePlan, Samples, State, Step, Trajectory,
+    Weighting, peak_grid,
 };
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex;
+
+use crate::systems::{CANTILEVER, beam, between, in_a_row, sum};
 
 /// Numbers in (0, 1) that repeat (Park & Miller 1988).
 struct Dice(u64);
@@ -143,11 +145,7 @@ fn derivatives_of_frequency_responses_are_those_of_proven_values() {
 #[test]
 fn losses_of_springs_are_in_derivatives_too() {
     let asked = |k: f64| {
-        let system = System::builder()
-            .mass("m", 2.0)
-            .spring(GROUND, "m", k)
-            .build()
-            .unwrap();
+        let system = in_a_row(&[("m", 2.0)], &[k], &[]);
         let asked = FrequencyResponse::of(&system)
             .from("m")
             .to("m")
@@ -198,11 +196,7 @@ fn the_highest_peak_is_the_proven_one() {
 
 #[test]
 fn gains_that_doubles_do_not_decide_are_left_to_proofs() {
-    let undamped = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 4.0)
-        .build()
-        .unwrap();
+    let undamped = in_a_row(&[("m", 1.0)], &[4.0], &[]);
     let stiff = System::builder()
         .mass("m", 1.0)
         .mass("n", 1.0)
@@ -302,15 +296,7 @@ fn gains_are_those_of_infinite_frequencies_too() {
 #[test]
 fn gains_of_finite_elements_are_those_of_infinite_frequencies_too() {
     let mast = System::builder()
-        .beam(Beam {
-            name: "mast".to_owned(),
-            length: 10.0,
-            elements: 16,
-            flexural_rigidity: 1e6,
-            mass_per_length: 10.0,
-            ends: [BeamEnd::Clamped, BeamEnd::Free],
-            lumped: false,
-        })
+        .beam(beam("mast", 16, [10.0, 1e6, 10.0], CANTILEVER))
         .rayleigh(0.1, 1e-4, None)
         .damper(GROUND, "mast.16.w", 30.0)
         .build()
@@ -505,32 +491,21 @@ fn what_rounding_leaves_is_no_gain() {
         .damper("road", "n", 3.7)
         .build()
         .unwrap();
-    let pull = Combination {
-        name: "pull".to_owned(),
-        of: Sum::Motions(vec![
-            (Quantity::Displacement, "n".to_owned(), 39.3),
-            (Quantity::Displacement, "road".to_owned(), -39.3),
-        ]),
-    };
+    let ends = [("n", 39.3), ("road", -39.3)];
+    let pull = sum(
+        "pull",
+        &ends.map(|(of, by)| (Quantity::Displacement, of, by)),
+    );
     let asked = FrequencyResponse::of(&system).from("road").output(pull);
     assert_eq!(largest(&asked, &system, &[]).0, [None, None]);
 }
 
 fn noise(system: &System) -> RandomVibration<'_> {
     let last = format!("m{}", system.len() - 1);
-    let ride = Sum::Motions(vec![(Quantity::Acceleration, last.clone(), 1.0)]);
-    let travel = Sum::Motions(vec![
-        (Quantity::Displacement, last, 1.0),
-        (Quantity::Displacement, "road".to_owned(), -1.0),
-    ]);
-    let of = |name: &str, of: Sum| Combination {
-        name: name.to_owned(),
-        of,
-    };
     RandomVibration::of(system)
         .motion("road", Quantity::Velocity, 1e-3)
-        .output(of("ride", ride))
-        .output(of("travel", travel))
+        .output(sum("ride", &[(Quantity::Acceleration, &last, 1.0)]))
+        .output(between("travel", Quantity::Displacement, "road", &last))
 }
 
 /// The estimate of a mean square in parts of it, that is within it of the proven one.
@@ -585,10 +560,7 @@ fn what_does_not_decay_has_no_mean_square() {
         let system = builder.build().unwrap();
         let noise = RandomVibration::of(&system)
             .force("m2", 1.0)
-            .output(Combination {
-                name: "ride".to_owned(),
-                of: Sum::Motions(vec![(Quantity::Acceleration, "m2".to_owned(), 1.0)]),
-            });
+            .output(sum("ride", &[(Quantity::Acceleration, "m2", 1.0)]));
         for (name, weighting) in [
             ("m1", None),
             ("m2", None),
@@ -636,13 +608,8 @@ fn mean_squares_of_what_floats_are_those_of_the_closed_form() {
         let system = masses().spring("a", "b", k).damper("a", "b", inner);
         let system = system.damper(GROUND, "a", rate * m);
         let system = system.damper(GROUND, "b", rate * other).build().unwrap();
-        let parting = [("a", 1.0), ("b", -1.0)];
-        let parting = parting.map(|(name, by)| (Quantity::Velocity, name.to_owned(), by));
         let driven = RandomVibration::of(&system).force("a", 2.0);
-        let driven = driven.output(Combination {
-            name: "parting".to_owned(),
-            of: Sum::Motions(parting.to_vec()),
-        });
+        let driven = driven.output(between("parting", Quantity::Velocity, "b", "a"));
         let carried = masses().support("road").spring("a", "b", k);
         let carried = carried.damper("road", "b", 1e-3 * inner).build().unwrap();
         let carried = RandomVibration::of(&carried).motion("road", Quantity::Displacement, 2.0);
@@ -664,9 +631,7 @@ fn mean_squares_of_what_floats_are_those_of_the_closed_form() {
 fn mean_squares_of_what_creeps_are_those_of_the_closed_form() {
     for (power, c) in (0..30).flat_map(|power| [0.01, 0.1, 1.0, 2.0].map(|c| (power, c))) {
         let k = 0.1f64.powi(power);
-        let system = System::builder().mass("m", 1.0);
-        let system = system.spring(GROUND, "m", k).damper(GROUND, "m", c);
-        let system = system.build().unwrap();
+        let system = in_a_row(&[("m", 1.0)], &[k], &[c]);
         let noise = RandomVibration::of(&system).force("m", 1.0);
         let Some(square) = noise.mean_square("m", None).unwrap() else {
             assert!(power > 20, "{k} {c}");
@@ -711,15 +676,7 @@ fn derivatives_of_mean_squares_are_those_of_proven_values() {
 
 /// A cantilever of so many elements and this rigidity with a mass and a dashpot at its tip, and an absorber of this stiffness there.
 fn mast(elements: usize, rigidity: f64, absorber: f64) -> System {
-    let beam = Beam {
-        name: "mast".to_owned(),
-        length: 2.0,
-        elements,
-        flexural_rigidity: rigidity,
-        mass_per_length: 1.2,
-        ends: [BeamEnd::Clamped, BeamEnd::Free],
-        lumped: false,
-    };
+    let beam = beam("mast", elements, [2.0, rigidity, 1.2], CANTILEVER);
     let builder = System::builder().mass("absorber", 0.1).beam(beam);
     let builder = builder.point("tip", [(format!("mast.{elements}.w"), 1.0)], 0.5);
     let builder = builder
@@ -764,10 +721,7 @@ fn mean_squares_of_finite_elements_are_those_of_40_digits() {
 #[test]
 fn what_no_inertia_couples_has_a_finite_acceleration() {
     let system = mast(3, 100.0, 10.0);
-    let output = Combination {
-        name: "ride".to_owned(),
-        of: Sum::Motions(vec![(Quantity::Acceleration, "absorber".to_owned(), 1.0)]),
-    };
+    let output = sum("ride", &[(Quantity::Acceleration, "absorber", 1.0)]);
     let noise = RandomVibration::of(&system)
         .force("tip", 1.0)
         .output(output);

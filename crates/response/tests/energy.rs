@@ -1,11 +1,13 @@
 //! Energies against closed forms, and their balance where there are none.
 
-use eigentone_modes::{Beam, BeamEnd, GROUND, MatrixKind, System};
+use eigentone_modes::{BeamEnd, GROUND, MatrixKind, System};
 use eigentone_response::{
     ByCertifiedExponential, Energy, HalfSine, Harmonic, Hold, Impulse, Load, Polynomial, Quantity,
     Ramp, Response, Samples, State, SteadyState, Step, Versine,
 };
 use faer::mat;
+
+use crate::systems::{beam, in_a_row};
 
 fn energy(asked: Response<'_>) -> Energy {
     let trajectory = asked.clone().run().expect("a response");
@@ -50,10 +52,7 @@ fn assert_near(found: f64, wanted: f64, relative: f64) {
 #[test]
 fn a_dashpot_takes_the_kinetic_energy() {
     for damping in [0.3, 40.0, 1e6, 1e12] {
-        let system = System::builder()
-            .mass("m", 2.0)
-            .damper(GROUND, "m", damping);
-        let system = system.build().expect("a system");
+        let system = in_a_row(&[("m", 2.0)], &[], &[damping]);
         let asked = Response::of(&system).from(State::at_rest().push("m", 3.0));
         let energy = energy(asked.every(0.125).until(2.0));
         assert_eq!((energy.initial(), energy.dissipated()[0]), (9.0, 0.0));
@@ -67,14 +66,7 @@ fn a_dashpot_takes_the_kinetic_energy() {
 /// A constant force does F·Δx, whatever the motion.
 #[test]
 fn a_constant_force_does_force_times_way() {
-    let system = System::builder()
-        .mass("a", 1.0)
-        .mass("b", 2.0)
-        .spring(GROUND, "a", 3.0)
-        .spring("a", "b", 1e8)
-        .damper(GROUND, "a", 0.1)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 2.0)], &[3.0, 1e8], &[0.1]);
     let asked = Response::of(&system).load("b", Step::of(5.0).starting_at(0.33));
     let asked = asked.every(0.1).until(20.0);
     let trajectory = asked.clone().run().expect("a response");
@@ -104,12 +96,7 @@ fn an_impulse_brings_kinetic_energy() {
 /// In the steady state the damper takes πcΩ|X|² in a period, and the load brings it.
 #[test]
 fn the_steady_state_takes_what_the_load_brings() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 4.0)
-        .damper(GROUND, "m", 0.8)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[4.0], &[0.8]);
     // 32 samples make a period.
     let frequency = std::f64::consts::TAU / 4.0;
     let asked = Response::of(&system).load("m", Harmonic::of(2.0, frequency).with_phase(0.5));
@@ -487,15 +474,7 @@ fn what_is_brought_and_taken_is_the_integral_of_a_power() {
 #[test]
 fn a_free_beam_keeps_what_is_brought() {
     for elements in [4, 20] {
-        let beam = Beam {
-            name: "b".to_owned(),
-            length: 2.0,
-            elements,
-            flexural_rigidity: 2e6,
-            mass_per_length: 1.0,
-            ends: [BeamEnd::Free, BeamEnd::Free],
-            lumped: false,
-        };
+        let beam = beam("b", elements, [2.0, 2e6, 1.0], [BeamEnd::Free; 2]);
         let system = System::builder().beam(beam).build().expect("a beam");
         let pushed = Response::of(&system).load("b.1.w", Step::of(3.0));
         let pushed = pushed.every(5.0).until(50.0);
@@ -517,23 +496,15 @@ fn a_free_beam_keeps_what_is_brought() {
 /// Against exponentials of 900 bits, of matrices that were assembled in fractions by another program.
 #[test]
 fn energies_of_beams_are_those_of_exact_fractions() {
-    let beam = |length, elements, flexural_rigidity, mass_per_length| Beam {
-        name: "b".to_owned(),
-        length,
-        elements,
-        flexural_rigidity,
-        mass_per_length,
-        ends: [BeamEnd::Free, BeamEnd::Free],
-        lumped: false,
-    };
-    let tube = System::builder().beam(beam(2.0, 20, 2e4, 1.0)).build();
+    let free = |elements, sizes: [f64; 3]| beam("b", elements, sizes, [BeamEnd::Free; 2]);
+    let tube = System::builder().beam(free(20, [2.0, 2e4, 1.0])).build();
     let tube = tube.expect("a beam");
     let asked = Response::of(&tube).load("b.1.w", Harmonic::of(3.0, 2.0));
     let found = energy(asked.every(5.0).until(50.0));
     assert_near(found.potential()[2], 7.770_493e-6, 1e-6);
     assert_near(found.potential()[10], 2.364_961_6e-6, 1e-7);
     assert_near(found.work()[10], 0.036_575_78, 1e-6);
-    let carried = System::builder().beam(beam(1.31, 3, 507.0, 0.623));
+    let carried = System::builder().beam(free(3, [1.31, 507.0, 0.623]));
     let carried = carried.support("s").spring("s", "b.1.w", 2.94);
     let carried = carried.build().expect("a beam");
     let asked = Response::of(&carried).motion("s", Quantity::Acceleration, Step::of(3.76));
@@ -556,8 +527,7 @@ fn a_body_that_was_moved_as_a_whole_is_at_rest() {
 /// Times that are asked for alone are no instants of the grid.
 #[test]
 fn other_times_are_refused() {
-    let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 40.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[40.0], &[]);
     let asked = Response::of(&system).from(State::at_rest().displace("m", 1.0));
     let problem = asked.every(0.1).until(10.0).problem().expect("a problem");
     let motion = ByCertifiedExponential.at(&problem, &[0.3, 0.77]);
@@ -568,12 +538,7 @@ fn other_times_are_refused() {
 /// Only some instants, in any order: the same energies.
 #[test]
 fn instants_in_any_order() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 40.0)
-        .damper(GROUND, "m", 0.3)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[40.0], &[0.3]);
     let asked = Response::of(&system)
         .from(State::at_rest().displace("m", 1.0))
         .load("m", Harmonic::of(2.0, 5.0))

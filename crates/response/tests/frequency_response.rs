@@ -1,15 +1,14 @@
 //! Frequency response functions against closed forms, and their peaks and half-power bands.
 
-use eigentone_modes::{
-    Beam, BeamEnd, Bounds, ElementKind, GROUND, Precision, System, SystemBuilder,
-};
+use eigentone_modes::{BeamEnd, Bounds, ElementKind, GROUND, Precision, System, SystemBuilder};
 use eigentone_response::{
-    Combination, Features, FrequencyResponse, FrequencyValue, LargestGain, Quantity, Sum, peak_grid,
+    Features, FrequencyResponse, FrequencyValue, LargestGain, Quantity, peak_grid,
 };
 use faer::Mat;
 use num_complex::Complex;
 
 use crate::random::Random;
+use crate::systems::{CANTILEVER, beam, between, chain, chain_of, in_a_row, pull, sum};
 
 fn features(system: &System, from: &str, to: &str) -> Features {
     let modes = system.modes().expect("modes");
@@ -34,12 +33,7 @@ fn one_mass_peaks_as_its_closed_form() {
     for (stiffness, zeta) in [(4.0, 0.5), (9e4, 0.01), (1.0, 1e-7), (2.0, 0.3)] {
         let omega = f64::sqrt(stiffness);
         let damping = 2.0 * zeta * omega;
-        let system = System::builder()
-            .mass("m", 1.0)
-            .spring(GROUND, "m", stiffness)
-            .damper(GROUND, "m", damping)
-            .build()
-            .expect("a system");
+        let system = in_a_row(&[("m", 1.0)], &[stiffness], &[damping]);
         let features = features(&system, "m", "m");
         let [peak] = features.peaks() else {
             panic!("{:?}", features.peaks())
@@ -154,14 +148,7 @@ fn an_absorber_peaks_at_its_fixed_points() {
 
 #[test]
 fn undamped_peaks_are_poles_and_dips_are_zeros() {
-    let system = System::builder()
-        .mass("a", 1.0)
-        .mass("b", 1.0)
-        .spring(GROUND, "a", 4.0)
-        .spring("a", "b", 3.0)
-        .spring("b", GROUND, 4.0)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[4.0, 3.0, 4.0], &[]);
     let found = features(&system, "a", "a");
     let peaks: Vec<_> = found
         .peaks()
@@ -195,15 +182,7 @@ fn undamped_peaks_are_poles_and_dips_are_zeros() {
 /// Where no spring reaches the ground, the equations are singular at 0, and yet what does not run away has a value there.
 #[test]
 fn functions_that_are_finite_at_0_have_values_there() {
-    let moves = |name: &str, by: f64| (Quantity::Displacement, name.to_owned(), by);
-    let relative = |a: &str, b: &str| Combination {
-        name: "relative".to_owned(),
-        of: Sum::Motions(vec![moves(a, 1.0), moves(b, -1.0)]),
-    };
-    let pull = |element: &str| Combination {
-        name: "pull".to_owned(),
-        of: Sum::Pull(element.to_owned()),
-    };
+    let relative = || between("relative", Quantity::Displacement, "b", "a");
     let at_0 = |asked: FrequencyResponse<'_>| -> Vec<FrequencyValue> {
         let found = asked.at(&[0.0]).expect("in range");
         assert_eq!(found.bounds(), Bounds::Proven);
@@ -234,7 +213,7 @@ fn functions_that_are_finite_at_0_have_values_there() {
         asked
             .to("a")
             .to("b")
-            .output(relative("a", "b"))
+            .output(relative())
             .output(pull("drag"))
     };
     let velocities = at_0(asked(Quantity::Velocity));
@@ -255,7 +234,7 @@ fn functions_that_are_finite_at_0_have_values_there() {
             asked
                 .to("a")
                 .to("b")
-                .output(relative("a", "b"))
+                .output(relative())
                 .loss_factors([loss])
         };
         let accelerations = at_0(asked(Quantity::Acceleration));
@@ -301,18 +280,14 @@ fn doubles_lie_within_their_bounds_of_the_certified() {
     for (n, damped) in [(12, true), (60, true), (60, false)] {
         let system = full(n, damped);
         let frequencies: Vec<f64> = (0..40).map(|k| 0.37 * f64::from(k)).collect();
+        let of_velocity = (Quantity::Velocity, "m1", 1.0);
+        let difference = [of_velocity, (Quantity::Displacement, "m2", -0.5)];
         let asked = FrequencyResponse::of(&system)
             .from("m0")
             .from("m3")
             .to("m0")
             .to("m5")
-            .output(Combination {
-                name: "difference".to_owned(),
-                of: Sum::Motions(vec![
-                    (Quantity::Velocity, "m1".to_owned(), 1.0),
-                    (Quantity::Displacement, "m2".to_owned(), -0.5),
-                ]),
-            })
+            .output(sum("difference", &difference))
             .quantity(Quantity::Acceleration);
         let certified = asked.at(&frequencies).expect("a response");
         let doubles = asked
@@ -383,15 +358,7 @@ fn tower() -> SystemBuilder {
 
 #[test]
 fn estimates_of_a_hessenberg_form_hold() {
-    let mast = Beam {
-        name: "mast".to_owned(),
-        length: 2.0,
-        elements: 20,
-        flexural_rigidity: 1500.0,
-        mass_per_length: 3.1,
-        ends: [BeamEnd::Clamped, BeamEnd::Free],
-        lumped: false,
-    };
+    let mast = beam("mast", 20, [2.0, 1500.0, 3.1], CANTILEVER);
     let mast = System::builder()
         .beam(mast)
         .damper(GROUND, "mast.20.w", 0.3);
@@ -421,10 +388,7 @@ fn estimates_of_a_hessenberg_form_hold() {
         let mut asked = asked.quantity(Quantity::Velocity).loss_factors(losses);
         for name in ["k0", "k20"] {
             if system.element_of(name).is_some() {
-                asked = asked.output(Combination {
-                    name: name.to_owned(),
-                    of: Sum::Pull(name.to_owned()),
-                });
+                asked = asked.output(pull(name));
             }
         }
         let certified = asked.at(&frequencies).expect("a response");
@@ -456,19 +420,10 @@ fn estimates_of_a_hessenberg_form_hold() {
 
 /// Of a chain from the ground, each mass joined to the one before.
 fn damped_chain(n: usize) -> System {
-    let name = |i: usize| format!("m{i}");
-    let mut builder = System::builder();
-    for i in 0..n {
-        builder = builder.mass(name(i), 1.0 + 0.1 * i as f64);
-        let before = if i == 0 {
-            GROUND.to_owned()
-        } else {
-            name(i - 1)
-        };
-        builder = builder.spring(&before, name(i), 10.0 + i as f64);
-        builder = builder.damper(before, name(i), 0.1 + 0.01 * i as f64);
-    }
-    builder.build().expect("a system")
+    chain_of(n, |i| {
+        let before = (i - 1) as f64;
+        [1.0 + 0.1 * before, 10.0 + before, 0.1 + 0.01 * before]
+    })
 }
 
 /// How often a function turns from rising to falling, and the other way, between frequencies close to each other.
@@ -490,7 +445,7 @@ fn turns_on_a_grid(low: f64, high: f64, count: usize, size: impl Fn(f64) -> f64)
 #[test]
 fn peaks_are_complete_where_functions_fall_steeply() {
     let system = damped_chain(8);
-    let asked = FrequencyResponse::of(&system).from("m0");
+    let asked = FrequencyResponse::of(&system).from("m1");
     let all = asked.features(&[1e-3, 1e3]).expect("features");
     for (i, found) in all.iter().enumerate() {
         assert!(found.is_complete(), "{i}");
@@ -517,7 +472,7 @@ fn peaks_are_complete_where_functions_fall_steeply() {
         }
         sum
     };
-    let asked = FrequencyResponse::of(&system).from("m0").to("m39");
+    let asked = FrequencyResponse::of(&system).from("m1").to("m40");
     let found = &asked.features(&[1e-3, 1e3]).expect("features")[0];
     assert!(found.is_complete());
     let counted = [found.peaks().len(), found.dips().len()];
@@ -533,24 +488,15 @@ fn peaks_are_complete_where_functions_fall_steeply() {
 #[test]
 fn turns_that_doubles_cannot_place_are_listed() {
     let n = 16;
-    let name = |i: usize| format!("m{i}");
     for seed in 1..=12 {
         let mut numbers = Random(seed);
         let mut decades = || 10f64.powf(2.0 * numbers.signed());
-        let mut builder = System::builder();
-        for i in 0..n {
-            let stiffness = 100.0 * decades();
-            let before = if i == 0 {
-                GROUND.to_owned()
-            } else {
-                name(i - 1)
-            };
-            builder = builder.mass(name(i), decades());
-            builder = builder.spring(&before, name(i), stiffness);
-            builder = builder.damper(before, name(i), 1e-3 * stiffness);
-        }
-        let system = builder.build().expect("a system");
-        let asked = FrequencyResponse::of(&system).from("m0").to(name(n - 1));
+        let both: Vec<[f64; 2]> = (0..n).map(|_| [100.0 * decades(), decades()]).collect();
+        let system = chain_of(n, |i| {
+            let [stiffness, mass] = both[i - 1];
+            [mass, stiffness, 1e-3 * stiffness]
+        });
+        let asked = FrequencyResponse::of(&system).from("m1").to("m16");
         let found = &asked.features(&[]).expect("features")[0];
         assert!(found.is_complete(), "{seed}");
         assert_eq!(found.peaks().len(), found.dips().len() + 1, "{seed}");
@@ -562,15 +508,7 @@ fn turns_that_doubles_cannot_place_are_listed() {
 /// Of matrices of a free beam, with the two rigid motions that rounding of the stiffness moves.
 #[test]
 fn elastic_modes_of_a_free_beam_are_its_peaks() {
-    let free = System::builder().beam(Beam {
-        name: "rod".to_owned(),
-        length: 2.0,
-        elements: 16,
-        flexural_rigidity: 100.0,
-        mass_per_length: 1.2,
-        ends: [BeamEnd::Free; 2],
-        lumped: false,
-    });
+    let free = System::builder().beam(beam("rod", 16, [2.0, 100.0, 1.2], [BeamEnd::Free; 2]));
     let free = free.build().expect("a system");
     let none = Mat::<f64>::zeros(free.len(), free.len());
     let [mass, stiffness] = [free.mass_matrix(), free.stiffness_matrix()];
@@ -608,15 +546,7 @@ fn elastic_modes_of_a_free_beam_are_its_peaks() {
 fn peaks_of_finite_elements_are_complete() {
     for elements in [10, 20, 40] {
         let system = System::builder()
-            .beam(Beam {
-                name: "mast".to_owned(),
-                length: 2.0,
-                elements,
-                flexural_rigidity: 100.0,
-                mass_per_length: 1.2,
-                ends: [BeamEnd::Clamped, BeamEnd::Free],
-                lumped: false,
-            })
+            .beam(beam("mast", elements, [2.0, 100.0, 1.2], CANTILEVER))
             .rayleigh(0.1, 1e-4, None)
             .build()
             .expect("a system");
@@ -668,12 +598,7 @@ fn relative_motions_are_complete_whatever_springs_add_up_to() {
         .damper("a", "b", 0.05)
         .build()
         .expect("a system");
-    let apart = [("a", 1.0), ("b", -1.0)];
-    let apart = apart.map(|(name, factor)| (Quantity::Velocity, name.to_owned(), factor));
-    let apart = Combination {
-        name: "apart".to_owned(),
-        of: Sum::Motions(apart.to_vec()),
-    };
+    let apart = between("apart", Quantity::Velocity, "b", "a");
     let asked = FrequencyResponse::of(&system).from("a").output(apart);
     let found = &asked.features(&[0.1, 3.0]).expect("features")[0];
     assert!(found.is_complete(), "{found:?}");
@@ -692,12 +617,7 @@ fn relative_motions_are_complete_whatever_springs_add_up_to() {
 #[test]
 fn half_power_is_found_beyond_the_grid() {
     let damping = 3.0;
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 1.0)
-        .damper(GROUND, "m", damping)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[1.0], &[damping]);
     let asked = FrequencyResponse::of(&system).from("m").to("m");
     let asked = asked.quantity(Quantity::Velocity);
     let found = &asked.features(&[0.5, 2.0]).expect("features")[0];
@@ -792,8 +712,7 @@ fn the_largest_gain_may_be_at_an_end() {
     let (frequency, value, bound) = finite(gain(40.0, Quantity::Velocity));
     assert!((frequency - 2.0).abs() < 1e-15 && (value - 0.025).abs() <= bound);
     // |1/(2iΩ + c)| of a mass that no spring holds.
-    let system = System::builder().mass("m", 2.0).damper(GROUND, "m", 40.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("m", 2.0)], &[], &[40.0]);
     let asked = FrequencyResponse::of(&system).from("m").to("m");
     let found = asked
         .quantity(Quantity::Velocity)
@@ -820,13 +739,7 @@ fn what_vanishes_at_rest_hides_no_peak() {
         .spring("road", "wheel", 190_000.0)
         .build()
         .expect("a system");
-    let travel = Combination {
-        name: "travel".to_owned(),
-        of: Sum::Motions(vec![
-            (Quantity::Displacement, "body".to_owned(), 1.0),
-            (Quantity::Displacement, "wheel".to_owned(), -1.0),
-        ]),
-    };
+    let travel = between("travel", Quantity::Displacement, "wheel", "body");
     let asked = FrequencyResponse::of(&car).from("road").output(travel);
     let found = &asked.features(&[1.0]).expect("features")[0];
     assert!(found.is_complete());
@@ -836,13 +749,7 @@ fn what_vanishes_at_rest_hides_no_peak() {
 /// Where nothing has a state, as massless nodes on springs, all follows at once, by modes as by elimination.
 #[test]
 fn massless_nodes_on_springs_follow_at_once() {
-    let system = System::builder()
-        .mass("n", 0.0)
-        .mass("e", 0.0)
-        .spring(GROUND, "n", 4.0)
-        .spring("n", "e", 4.0)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("n", 0.0), ("e", 0.0)], &[4.0, 4.0], &[]);
     for precision in [Precision::Double, Precision::default()] {
         let asked = FrequencyResponse::of(&system).from("n").to("n").to("e");
         let asked = asked.precision(precision);
@@ -1010,21 +917,7 @@ fn long_chains_are_solved_by_a_sparse_factor() {
 /// a tridiagonal matrix in closed form (Hu & O'Connell 1996, *J. Phys. A* 29).
 fn a_long_chain_is_solved(damping: f64, loss: f64) {
     let n = 1000;
-    let name = |i: usize| match i {
-        0 => GROUND.to_owned(),
-        i if i > n => GROUND.to_owned(),
-        i => format!("m{i}"),
-    };
-    let mut builder = System::builder();
-    for i in 1..=n {
-        builder = builder.mass(name(i), 1.0);
-    }
-    for i in 0..=n {
-        builder = builder
-            .spring(name(i), name(i + 1), 4.0)
-            .damper(name(i), name(i + 1), damping);
-    }
-    let system = builder.build().expect("a system");
+    let system = chain(&vec![1.0; n], &vec![4.0; n + 1], &vec![damping; n + 1]);
     let frequencies = [0.0, 1e-3, 0.1, 1.0, 3.9];
     let asked = FrequencyResponse::of(&system).from("m3").to("m3").to("m40");
     let answer = asked
@@ -1149,8 +1042,7 @@ fn flat_turns_are_as_sharp_as_others() {
 /// −Ω²/(2 − Ω²) of a mass of 1 kg on 2 N/m is less than any double at 1e-200 rad/s, but not 0.
 #[test]
 fn bounds_count_what_is_smaller_than_doubles() {
-    let builder = System::builder().mass("m", 1.0);
-    let system = builder.spring(GROUND, "m", 2.0).build().expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[2.0], &[]);
     for precision in [Precision::Double, Precision::default()] {
         let asked = FrequencyResponse::of(&system).from("m").to("m");
         let asked = asked.quantity(Quantity::Acceleration).precision(precision);
@@ -1170,10 +1062,7 @@ fn bounds_count_what_is_smaller_than_doubles() {
 /// Far above all modes what these make of a distant coordinate cancels, and their sum says nothing.
 #[test]
 fn bounds_far_above_all_modes_say_something() {
-    let builder = System::builder().mass("a", 1.0).mass("b", 2.0);
-    let builder = builder.damper(GROUND, "a", 1.0);
-    let builder = builder.spring(GROUND, "a", 1.0).spring("a", "b", 1.0);
-    let system = builder.spring("b", GROUND, 1.0).build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 2.0)], &[1.0, 1.0, 1.0], &[1.0]);
     let asked = FrequencyResponse::of(&system).from("a").to("b");
     let asked = asked.quantity(Quantity::Acceleration);
     let asked = asked.precision(Precision::Double);
@@ -1201,13 +1090,13 @@ fn bounds_far_above_all_modes_say_something() {
 #[test]
 fn turns_behind_a_node_without_mass_are_all_found() {
     all_turns_are_found(
-        ["m0", "m6"],
+        ["m1", "m7"],
         [1.14, 1.4, 2.23, 2.6, 0.0, 2.13, 1.83],
         [3319.3, 14.3, 4030.3, 56.0, 35.2, 147.3, 714.1],
         [0.056, 0.13, 0.02, 0.168, 0.0, 0.016, 0.025],
     );
     all_turns_are_found(
-        ["m6", "m0"],
+        ["m7", "m1"],
         [1.26, 0.0, 2.3, 1.7, 0.73, 0.55, 1.87],
         [73.8, 15.0, 2183.9, 61.0, 11.9, 65.3, 3999.1],
         [0.0, 0.12, 0.0, 0.0, 0.06, 0.074, 0.0],
@@ -1222,15 +1111,7 @@ fn all_turns_are_found(
     dampers: [f64; 7],
 ) {
     let n = masses.len();
-    let mut builder = System::builder();
-    for i in 0..n {
-        let name = |i: usize| format!("m{i}");
-        let before = i.checked_sub(1).map_or_else(|| GROUND.to_owned(), name);
-        builder = builder.mass(name(i), masses[i]);
-        builder = builder.spring(&before, name(i), springs[i]);
-        builder = builder.damper(&before, name(i), dampers[i]);
-    }
-    let system = builder.build().expect("a system");
+    let system = chain(&masses, &springs, &dampers);
     let found = features(&system, from, to);
     let size = |frequency: f64| {
         let link = |i: usize| match i < n {

@@ -6,6 +6,8 @@ use eigentone_response::{
     Quantity, Ramp, Response, ResponseError, ResponseMethod, Samples, State, Step, Trajectory,
 };
 
+use crate::systems::{chain_of, in_a_row};
+
 const OUTPUTS: [Output; 3] = [
     Output::Displacement(1),
     Output::Velocity(0),
@@ -14,23 +16,10 @@ const OUTPUTS: [Output; 3] = [
 
 /// A chain of `n` unequal masses whose dampers couple its modes.
 fn chain(n: usize) -> System {
-    let name = |i: usize| {
-        if i == 0 {
-            GROUND.to_owned()
-        } else {
-            format!("m{i}")
-        }
-    };
-    let mut builder = System::builder();
-    for i in 1..=n {
-        builder = builder.mass(name(i), 1.0 + (i % 3) as f64);
-    }
-    for i in 1..=n {
-        builder = builder
-            .spring(name(i - 1), name(i), 50.0 + (7 * i % 11) as f64)
-            .damper(name(i - 1), name(i), 0.1 + (i % 2) as f64);
-    }
-    builder.build().expect("a chain is a system")
+    chain_of(n, |i| {
+        let stiffness = 50.0 + (7 * i % 11) as f64;
+        [1.0 + (i % 3) as f64, stiffness, 0.1 + (i % 2) as f64]
+    })
 }
 
 fn samples(every: f64, hold: Hold) -> Samples {
@@ -121,24 +110,10 @@ fn off_truth(history: &History, problem: &Problem<'_>) -> f64 {
 /// Mode by mode: classical damping, with every kind of load.
 #[test]
 fn modes_give_what_is_proven() {
-    let mut builder = System::builder();
-    for i in 1..=5 {
-        builder = builder.mass(format!("m{i}"), 1.0 + (i % 3) as f64);
-    }
-    for i in 1..=5 {
-        let before = if i == 1 {
-            GROUND.to_owned()
-        } else {
-            format!("m{}", i - 1)
-        };
+    let system = chain_of(5, |i| {
         let stiffness = 48.0 + (8 * i % 32) as f64;
-        builder = builder.spring(&before, format!("m{i}"), stiffness).damper(
-            &before,
-            format!("m{i}"),
-            stiffness / 256.0,
-        );
-    }
-    let system = builder.build().expect("a chain is a system");
+        [1.0 + (i % 3) as f64, stiffness, stiffness / 256.0]
+    });
     let loads: [(&str, Load); 6] = [
         ("m1", Step::of(3.0).into()),
         ("m3", Ramp::of(0.5).starting_at(10.0).into()),
@@ -197,21 +172,11 @@ fn roads_through_dampers_go_in_strides() {
 /// Stiff, with damping that couples the real modes, some of which relax: single real roots.
 #[test]
 fn stiff_motions_go_by_modes() {
-    let mut builder = System::builder();
-    for i in 1..=6 {
-        builder = builder.mass(format!("m{i}"), 1.0 + 0.125 * i as f64);
-    }
-    for i in 1..=6 {
-        let before = if i == 1 {
-            GROUND.to_owned()
-        } else {
-            format!("m{}", i - 1)
-        };
-        builder = builder
-            .spring(&before, format!("m{i}"), 2e4 + 1e3 * i as f64)
-            .damper(&before, format!("m{i}"), if i == 4 { 2e3 } else { 0.25 });
-    }
-    let system = builder.build().expect("a chain is a system");
+    let system = chain_of(6, |i| {
+        let stiffness = 2e4 + 1e3 * i as f64;
+        let damping = if i == 4 { 2e3 } else { 0.25 };
+        [1.0 + 0.125 * i as f64, stiffness, damping]
+    });
     let real = |root: &eigentone_modes::Eigenvalue| root.value.im == 0.0;
     let modes = system.modes().expect("it has modes");
     assert!(modes.eigenvalues().iter().any(real));
@@ -278,12 +243,7 @@ fn growth_is_watched() {
 /// A stride that ends at rest has bounds for what came before.
 #[test]
 fn bounds_hold_where_a_stride_ends_at_rest() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 1.0)
-        .damper(GROUND, "m", 1.0)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[1.0], &[1.0]);
     let samples = Samples {
         step: 1.0,
         values: vec![1.0, 0.0],

@@ -22,3 +22,4 @@ mod response_spectrum;
 #[path = "state_space/main.rs"]
 mod state_space;
 mod steady_state;
+mod systems;

@@ -6,6 +6,8 @@ use eigentone_response::{
     Trajectory,
 };
 
+use crate::systems::in_a_row;
+
 fn name(i: usize) -> String {
     match i {
         0 => GROUND.to_owned(),
@@ -197,8 +199,7 @@ fn bounds_count_errors_of_shapes_and_rounding() {
         builder = builder.spring(name(i - 1), name(i), stiffness);
     }
     let stiff = builder.build().unwrap();
-    let single = System::builder().mass("m3", 0.552);
-    let single = single.spring(GROUND, "m3", 67.3).build().unwrap();
+    let single = in_a_row(&[("m3", 0.552)], &[67.3], &[]);
     for system in [&stiff, &single] {
         let start = State::at_rest().displace("m3", -0.06).push("m3", 0.7);
         let asked = Response::of(system).from(start).every(0.25).until(20.0);

@@ -11,6 +11,8 @@ use faer::mat;
 use num_complex::Complex;
 use proptest::prelude::*;
 
+use crate::systems::in_a_row;
+
 /// Real and imaginary part, each as the sum of two doubles.
 type Truth = [f64; 4];
 
@@ -522,11 +524,7 @@ fn large_systems_are_refused() {
         .expect("well posed");
     refused(SteadyState::of(&problem).expect_err("it is large"));
 
-    let small = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 1.0)
-        .build()
-        .expect("a system");
+    let small = in_a_row(&[("m", 1.0)], &[1.0], &[]);
     let motion = Response::of(&small).every(1.0).until(1.0).run();
     let motion = motion.expect("well posed");
     let modes = small.modes().expect("it has modes");

@@ -9,6 +9,8 @@ use eigentone_switching::{
     Switching, SwitchingError,
 };
 
+use crate::row::in_a_row;
+
 /// In which three frictions may be listed.
 const ORDERS: [[usize; 3]; 6] = [
     [0, 1, 2],
@@ -83,8 +85,7 @@ fn what_nothing_holds_together_slides() {
 #[test]
 fn frictions_in_a_loop_give_way_at_the_limit_load() {
     const RATE: f64 = 4.0;
-    let system = System::builder().mass("a", 1.0).mass("b", 2.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 2.0)], &[], &[]);
     let given = [
         (GROUND, "a", 1.4, 1.8),
         (GROUND, "a", 0.5, 0.7),
@@ -131,11 +132,7 @@ fn frictions_in_a_loop_give_way_at_the_limit_load() {
 #[test]
 fn friction_takes_the_same_from_every_swing() {
     let (m, k, f, x0) = (1.3, 57.0, 2.0, 0.3);
-    let system = System::builder()
-        .mass("m", m)
-        .spring(GROUND, "m", k)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", m)], &[k], &[]);
     let swing = PI / (k / m).sqrt();
     for precision in [Precision::default(), Precision::Double] {
         let ask = Response::of(&system).from(State::at_rest().displace("m", x0));
@@ -188,8 +185,7 @@ fn what_a_support_drags_very_far_has_a_mass() {
 /// turns from 1 N to 2 N the other way, the friction between them carries 2 to 3.5 N of its 4 N: it holds. In whatever order they are listed.
 #[test]
 fn what_has_held_outlasts_what_turns_round() {
-    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[], &[]);
     let switches = || {
         vec![
             friction("a", "b", 2.0, 4.0),
@@ -218,8 +214,7 @@ fn what_has_held_outlasts_what_turns_round() {
 /// the lower one stays: each friction would hold 2 N, and both are asked for 2.5 N at once.
 #[test]
 fn what_gives_way_of_two_at_once_is_not_guessed() {
-    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[], &[]);
     let run = |limits: [f64; 2], turned: u8| {
         let [mut lower, mut upper] = [[GROUND, "a"], ["a", "b"]];
         match turned {
@@ -269,8 +264,7 @@ fn what_gives_way_of_two_at_once_is_not_guessed() {
 /// with (2.1 − 1)/2 m/s².
 #[test]
 fn loads_that_jump_are_the_limit_of_ramps() {
-    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[], &[]);
     for rise in [0.0, 1e-3, 1e-6] {
         let mut ask = Response::of(&system).load("a", Step::of(1.9));
         for (mass, force) in [("a", -2.0), ("b", 2.2)] {
@@ -346,8 +340,7 @@ fn what_turns_under_a_mass_takes_nothing_along() {
 /// second one by the first, the ground holds them with r − L₀ and −r − L₁.
 #[test]
 fn three_frictions_hold_what_some_share_of_them_holds() {
-    let system = System::builder().mass("a", 1.3).mass("b", 2.13);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.3), ("b", 2.13)], &[], &[]);
     let limits = [7.68, 6.78, 6.54];
     let each = [
         friction(GROUND, "a", 7.25, limits[0]),
@@ -710,11 +703,7 @@ fn friction_holds_beside_the_damping_that_follows() {
 /// Without switches it is the linear motion.
 #[test]
 fn no_switch_leaves_the_motion_linear() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 4.0)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[4.0], &[]);
     let ask = Response::of(&system).from(State::at_rest().displace("m", 1.0));
     let motion = run(ask.every(0.25).until(10.0), Vec::new());
     assert!(motion.events().is_empty());
@@ -855,8 +844,7 @@ fn a_load_that_ends_at_an_impact_leaves_its_rebound() {
 /// motion is refused.
 #[test]
 fn bounces_side_by_side_die_out_each_in_its_time() {
-    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[], &[]);
     let run = |nearer: f64| {
         let ask = Response::of(&system)
             .from(State::at_rest().displace("b", nearer))

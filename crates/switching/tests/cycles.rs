@@ -9,6 +9,8 @@ use eigentone_switching::{
     Switch, Switching,
 };
 
+use crate::row::in_a_row;
+
 fn friction(a: &str, b: &str, force: f64, static_force: f64) -> Switch {
     Switch::Friction(Friction {
         between: [a.into(), b.into()],
@@ -116,11 +118,7 @@ fn a_mass_on_a_belt() {
 #[test]
 fn a_linear_oscillator_under_a_harmonic_force() {
     let (m, c, k, f, o) = (2.0, 0.6, 18.0, 5.0, 2.2);
-    let system = System::builder()
-        .mass("m", m)
-        .spring(GROUND, "m", k)
-        .damper(GROUND, "m", c);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("m", m)], &[k], &[c]);
     let problem = Response::of(&system)
         .load("m", Harmonic::of(f, o))
         .every(0.1)
@@ -153,11 +151,7 @@ fn a_linear_oscillator_under_a_harmonic_force() {
 fn a_driven_mass_hits_a_stop_once_a_cycle() {
     let (m, k, f, o, r) = (1.0, 1.0, 1.0, 2.6, 0.7);
     let w: f64 = 1.0;
-    let system = System::builder()
-        .mass("m", m)
-        .spring(GROUND, "m", k)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", m)], &[k], &[]);
     let ask = |state| {
         Response::of(&system)
             .load("m", Harmonic::of(f, o))
@@ -266,11 +260,7 @@ fn machines_tend_to_it() {
 /// Symmetric stops and negative damping: disturbances of the cycle shrink by its multiplier.
 #[test]
 fn a_self_excited_mass_between_stops() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 4.0)
-        .damper(GROUND, "m", -0.2);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[4.0], &[-0.2]);
     let ask = |state| Response::of(&system).from(state);
     let stop = |between: [&str; 2]| {
         Switch::Stop(Stop {
@@ -418,12 +408,7 @@ fn where_none_repeats_itself_none_is_said_to() {
 /// A mass whose impacts die out in every cycle: in the next it does the same, and forgets all that was before the contact.
 #[test]
 fn bounces_that_die_out_in_every_cycle() {
-    let system = System::builder()
-        .mass("m", 1.3)
-        .spring(GROUND, "m", 92.568)
-        .damper(GROUND, "m", 1.82)
-        .build()
-        .expect("a system");
+    let system = in_a_row(&[("m", 1.3)], &[92.568], &[1.82]);
     let ask = Response::of(&system).load("m", Harmonic::of(2.6, 4.85));
     let problem = ask.every(0.1).until(32.388).problem().expect("a problem");
     let stop = Switch::Impact(Impact {

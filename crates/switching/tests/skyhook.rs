@@ -7,6 +7,8 @@ use eigentone_switching::{
     ControlledDamper, DamperLaw, EventKind, Friction, Switch, SwitchedMotion, Switching,
 };
 
+use crate::row::in_a_row;
+
 const EVENTS: [f64; 20] = [
     0.21370779073339738,
     0.29382013803284557,
@@ -158,17 +160,11 @@ fn a_friction_and_a_damper_hold_a_body_together() {
 /// low damping again as soon as they suffice together.
 #[test]
 fn frictions_beside_a_damper_that_holds_add_up() {
-    let chain = System::builder()
-        .mass("a", 0.2)
-        .mass("b", 1.1)
-        .mass("c", 2.3)
-        .spring(GROUND, "a", 190.0)
-        .spring("a", "b", 80.0)
-        .spring("b", "c", 190.0)
-        .damper(GROUND, "a", 0.25)
-        .damper("a", "b", 0.75)
-        .damper("b", "c", 0.6);
-    let chain = chain.build().expect("a chain");
+    let chain = in_a_row(
+        &[("a", 0.2), ("b", 1.1), ("c", 2.3)],
+        &[190.0, 80.0, 190.0],
+        &[0.25, 0.75, 0.6],
+    );
     let start = State::at_rest()
         .displace("a", -0.042)
         .push("a", 0.075)

@@ -8,6 +8,8 @@ use eigentone_modes::{
 use faer::{Mat, mat};
 use proptest::prelude::*;
 
+use crate::row::in_a_row;
+
 fn distance(truth: &ReferenceEigenvalue, root: &Eigenvalue) -> f64 {
     let (re, im) = (root.value.re, root.value.im);
     truth.re.minus(re).hypot(truth.im.minus(im))
@@ -347,14 +349,11 @@ fn ordinary_systems_are_answered() {
     let free = System::from_matrices(m.as_ref(), c, k).expect("a system");
     examine(&free).expect("0 twice and −1/4 twice");
     // What massless nodes add cancels.
-    let cancelling = System::builder()
-        .mass("a", 1.0)
-        .mass("p", 0.0)
-        .spring(GROUND, "a", 1.6587773485758532)
-        .spring("a", "p", 3.3175546971517065)
-        .spring(GROUND, "p", -1.1058515657172352)
-        .build()
-        .expect("a system");
+    let cancelling = in_a_row(
+        &[("a", 1.0), ("p", 0.0)],
+        &[1.6587773485758532, 3.3175546971517065, -1.1058515657172352],
+        &[],
+    );
     examine(&cancelling).expect("one slow frequency");
 }
 
@@ -367,8 +366,7 @@ fn roots_below_the_doubles_are_listed() {
         (2.0, least, 0.0, [0.0, -least]),
         (2.0, -least, 0.0, [0.0, least]),
     ] {
-        let one = System::builder().mass("m", m).damper(GROUND, "m", c);
-        let one = one.spring(GROUND, "m", k).build().expect("a system");
+        let one = in_a_row(&[("m", m)], &[k], &[c]);
         for precision in [Precision::default(), Precision::Double] {
             let modes = one.modes_to(precision).expect("modes");
             assert_eq!(modes.infinite(), 0);

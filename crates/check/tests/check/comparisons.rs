@@ -15,18 +15,11 @@ use eigentone_response::{
 };
 use faer::{Mat, mat};
 
+use crate::row::in_a_row;
 use crate::scenes::{self, FREE};
 
 fn two_masses() -> System {
-    System::builder()
-        .mass("a", 2.0)
-        .mass("b", 1.0)
-        .spring(GROUND, "a", 2.0)
-        .spring("a", "b", 0.2)
-        .damper(GROUND, "a", 0.5)
-        .damper("a", "b", 0.1)
-        .build()
-        .expect("valid")
+    in_a_row(&[("a", 2.0), ("b", 1.0)], &[2.0, 0.2], &[0.5, 0.1])
 }
 
 fn forced(system: &System, step: f64, end: f64) -> Problem<'_> {
@@ -93,11 +86,7 @@ fn errors_are_relative_to_the_peak() {
 /// by far less of the peak, and that is its error beside either truth.
 #[test]
 fn a_late_start_is_no_error() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 1.0)
-        .damper(GROUND, "m", 0.1);
-    let system = system.build().expect("valid");
+    let system = in_a_row(&[("m", 1.0)], &[1.0], &[0.1]);
     let ask = Response::of(&system).load("m", Ramp::of(1.0));
     let problem = ask.every(0.2).until(30.0).problem().expect("valid");
     let exact = ByCertifiedExponential.run(&problem).expect("a motion");
@@ -379,11 +368,7 @@ fn mode_solvers_agree() {
 /// Of a rotation by 100 rad, whose norm determines the squarings: all are right, and count their products.
 #[test]
 fn exponentials_agree() {
-    let system = System::builder()
-        .mass("m", 1.0)
-        .spring(GROUND, "m", 1.0)
-        .build()
-        .expect("valid");
+    let system = in_a_row(&[("m", 1.0)], &[1.0], &[]);
     let table = ExponentialComparison::measure(&system, 100.0, &mut |_| {}).expect("it applies");
     assert_eq!((table.order, table.step), (2, 100.0));
     assert_relative_eq!(table.norm, 100.0);

@@ -12,6 +12,8 @@
 
 #[path = "../../../../tests/page/mod.rs"]
 mod page;
+#[path = "../../../../tests/row/mod.rs"]
+mod row;
 
 mod closed_forms;
 mod coincidence;

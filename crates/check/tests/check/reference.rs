@@ -12,6 +12,7 @@ use eigentone_response::{
 use faer::{Mat, mat};
 use proptest::prelude::*;
 
+use crate::row::in_a_row;
 use crate::scenes;
 
 /// Within this part of each other, and both within their radii.
@@ -229,14 +230,7 @@ fn pairs_have_the_frequencies_and_motions_of_their_closed_form() {
         ([1.0, 1.0], [1.0, 1e16, 0.0]),
         ([1.0, 1.0], [1.0, 1e-14, 1.0]),
     ] {
-        let system = System::builder()
-            .mass("m1", m1)
-            .mass("m2", m2)
-            .spring(GROUND, "m1", k1)
-            .spring("m1", "m2", k12)
-            .spring("m2", GROUND, k2)
-            .build()
-            .expect("valid");
+        let system = in_a_row(&[("m1", m1), ("m2", m2)], &[k1, k12, k2], &[]);
         let form = UndampedPair::new([m1, m2], [k1, k12, k2]).expect("valid");
         let found = modes(&system);
         let upper = found
@@ -332,8 +326,7 @@ fn more_digits_continue_fewer() {
 /// λ² = −2 is met exactly, in fewer bits than its root needs.
 #[test]
 fn exact_squares_have_roots_of_any_number_of_digits() {
-    let builder = System::builder().mass("m1", 1.0);
-    let system = builder.spring(GROUND, "m1", 2.0).build().expect("valid");
+    let system = in_a_row(&[("m1", 1.0)], &[2.0], &[]);
     let modes = Reference::with_digits(100).modes(&system).expect("found");
     let digits = "1.414213562373095048801688724209698078569671875376948073176679737990732478462107038850387534327641573e0";
     assert_eq!(modes.eigenvalues()[0].im.to_decimal(100), digits);
@@ -434,16 +427,14 @@ fn what_it_cannot_do_is_refused() {
 /// Free masses have roots at 0 alone, nodes without mass on springs none that is finite.
 #[test]
 fn systems_without_any_other_root_than_0_are_answered() {
-    let free = System::builder().mass("a", 1.0).mass("b", 2.0);
-    let free = free.build().expect("valid");
+    let free = in_a_row(&[("a", 1.0), ("b", 2.0)], &[], &[]);
     let found = modes(&free);
     let [root] = found.eigenvalues() else {
         panic!("{found:?}");
     };
     assert_eq!((root.multiplicity, found.infinite()), (4, 0));
     assert!(root.re.minus(0.0) == 0.0 && root.im.minus(0.0) == 0.0);
-    let still = System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
-    let still = still.build().expect("valid");
+    let still = in_a_row(&[("p", 0.0)], &[1.0], &[]);
     assert!(modes(&still).eigenvalues().is_empty());
     assert_eq!(modes(&still).infinite(), 2);
 }

@@ -12,6 +12,8 @@ use eigentone_switching::{
 use proptest::collection::vec;
 use proptest::prelude::*;
 
+use crate::row::in_a_row;
+
 /// A chain of masses between the ground and a support, with the places of switches.
 #[derive(Clone, Debug)]
 struct Drawn {
@@ -248,9 +250,7 @@ fn what_comes_to_lie_and_what_sets_out_is_followed() {
     let free = mass().build().expect("a system");
     let held = mass().spring(GROUND, "m", 100.0).build();
     let held = held.expect("a system");
-    let pair = System::builder().mass("w", 1.0).mass("b", 1.0);
-    let pair = pair.spring(GROUND, "w", 100.0).spring("w", "b", 20.0);
-    let pair = pair.build().expect("a system");
+    let pair = in_a_row(&[("w", 1.0), ("b", 1.0)], &[100.0, 20.0], &[]);
     let ball = Response::of(&free).from(State::at_rest().displace("m", 1.0));
     let ball = ball.load("m", Step::of(-9.81));
     let driven = || Response::of(&held).load("m", Harmonic::of(30.0, 3.0));
@@ -307,8 +307,7 @@ fn stepped(problem: &Problem<'_>, switches: &[Switch]) -> Result<Trajectory, Res
 /// else the upper one alone with 1.5 m/s².
 #[test]
 fn the_friction_that_is_first_at_its_limit_gives_way() {
-    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[], &[]);
     let ask = Response::of(&system).load("b", Step::of(2.5));
     let problem = ask.every(0.5).until(1.0).problem().expect("a problem");
     let limits = [
@@ -342,8 +341,7 @@ fn the_friction_that_is_first_at_its_limit_gives_way() {
 /// that rises by 1 N/s reaches 1.4 N first: both go, by ∫∫(s + 0.1)/2, s being the seconds since.
 #[test]
 fn what_is_not_at_its_limit_does_not_give_way() {
-    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
-    let system = system.build().expect("a system");
+    let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[], &[]);
     let ask = Response::of(&system).load("b", Ramp::of(1.0));
     let problem = ask.every(0.5).until(2.0).problem().expect("a problem");
     let switches = [

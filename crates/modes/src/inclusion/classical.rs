@@ -274,6 +274,7 @@ impl Grams<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::structure::samples::{Join, network};
     use crate::{Bounds, Modes};
 
     /// 2 sin(πp/q), by its series.
@@ -396,23 +397,9 @@ mod tests {
         // Masses i and n − 1 − i of a uniform chain, joined by c: C = c(I − J).
         let n = 100;
         let c = 0.25;
-        let name = |i: usize| format!("m{i}");
-        let masses = (0..n).fold(System::builder(), |b, i| b.mass(name(i), 1.0));
-        let springs = (0..=n).fold(masses, |b, i| {
-            let from = if i == 0 {
-                crate::GROUND.to_owned()
-            } else {
-                name(i - 1)
-            };
-            let to = if i == n {
-                crate::GROUND.to_owned()
-            } else {
-                name(i)
-            };
-            b.spring(from, to, 1.0)
-        });
-        let dampers = (0..n / 2).fold(springs, |b, i| b.damper(name(i), name(n - 1 - i), c));
-        let modes = dampers.build().unwrap().modes().unwrap();
+        let springs: Vec<Join> = (0..=n).map(|i| (i, (i + 1) % (n + 1), 1.0)).collect();
+        let dampers: Vec<Join> = (1..=n / 2).map(|i| (i, n + 1 - i, c)).collect();
+        let modes = network(&vec![1.0; n], &springs, &dampers).modes().unwrap();
         let mut truth = Vec::new();
         for j in 1..=n {
             let t = chord(j, 2 * (n + 1));
@@ -486,16 +473,12 @@ mod tests {
         // Two free chains side by side, each mass tied to its twin by a damper.
         let n = 40;
         let c = 0.75;
-        let name = |side: usize, i: usize| format!("m{side}-{i}");
-        let mut builder = System::builder();
-        for side in 0..2 {
-            builder = (0..n).fold(builder, |b, i| b.mass(name(side, i), 2.0));
-            builder = (1..n).fold(builder, |b, i| {
-                b.spring(name(side, i - 1), name(side, i), 1.5)
-            });
-        }
-        builder = (0..n).fold(builder, |b, i| b.damper(name(0, i), name(1, i), c));
-        let modes = builder.build().unwrap().modes().unwrap();
+        let springs = [0, n].map(|side| (1..n).map(move |i| (side + i, side + i + 1, 1.5)));
+        let springs: Vec<Join> = springs.into_iter().flatten().collect();
+        let dampers: Vec<Join> = (1..=n).map(|i| (i, n + i, c)).collect();
+        let modes = network(&vec![2.0; 2 * n], &springs, &dampers)
+            .modes()
+            .unwrap();
         let mut truth = Vec::new();
         for j in 0..n {
             let t = chord(j, 2 * n);

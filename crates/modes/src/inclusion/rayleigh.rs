@@ -96,7 +96,8 @@ fn known(value: DoubleDouble) -> Ball<DoubleDouble> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Bounds, GROUND, MatrixKind, Modes};
+    use crate::structure::samples::network;
+    use crate::{Bounds, MatrixKind, Modes};
     use faer::Mat;
     use num_complex::Complex;
 
@@ -242,14 +243,7 @@ mod tests {
 
     #[test]
     fn no_proof_without_proportion() {
-        let system = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .spring(GROUND, "a", 1.0)
-            .spring("a", "b", 2.0)
-            .damper("a", "b", 0.125)
-            .build()
-            .unwrap();
+        let system = network(&[1.0; 2], &[(0, 1, 1.0), (1, 2, 2.0)], &[(1, 2, 0.125)]);
         let shapes = vec![vec![1.0, 0.5], vec![0.5, -1.0]];
         assert!(certify(&system, system.structure(), shapes, 1e-15).is_none());
     }

@@ -231,20 +231,13 @@ fn element_form<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::GROUND;
+    use crate::structure::samples::network;
 
     /// 1 N/m at the ground beside 1e20: both masses together stretch the soft spring alone, k = 1, which
     /// the assembled K has lost; 2^-40 apart they stretch the other one by that.
     #[test]
     fn a_soft_spring_beside_a_stiff_one_keeps_its_digits() {
-        let system = System::builder()
-            .mass("a", 2.0)
-            .mass("b", 3.0)
-            .spring(GROUND, "a", 1.0)
-            .spring("a", "b", 1e20)
-            .damper("b", GROUND, 0.5)
-            .build()
-            .unwrap();
+        let system = network(&[2.0, 3.0], &[(0, 1, 1.0), (1, 2, 1e20)], &[(2, 0, 0.5)]);
         let apart = 2f64.powi(-40);
         for (second, k) in [(1.0, 1.0), (1.0 + apart, 1.0 + 1e20 * apart * apart)] {
             let shape = [Complex::ONE, Complex::from(second)];
@@ -258,12 +251,7 @@ mod tests {
     /// y*Cx of a damper between two masses, y conjugated and both ends with their signs.
     #[test]
     fn the_left_shape_is_conjugated() {
-        let system = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .damper("a", "b", 3.0)
-            .build()
-            .unwrap();
+        let system = network(&[1.0; 2], &[], &[(1, 2, 3.0)]);
         let x = [Complex::new(1.0, 2.0), Complex::new(0.5, -1.0)];
         let y = [Complex::new(0.25, 1.0), Complex::new(-1.0, 0.5)];
         let forms = Forms::<DoubleDouble>::of(&system, &y, &x);
@@ -271,9 +259,8 @@ mod tests {
         let found = Complex::new(forms.c.re.to_f64(), forms.c.im.to_f64());
         assert_eq!(found, expected);
         // λ² + 4 from 1.5i, a shape of one component.
-        let one = System::builder().mass("m", 1.0).spring(GROUND, "m", 4.0);
-        let forms =
-            Forms::<DoubleDouble>::of(&one.build().unwrap(), &[Complex::ONE], &[Complex::ONE]);
+        let one = network(&[1.0], &[(0, 1, 4.0)], &[]);
+        let forms = Forms::<DoubleDouble>::of(&one, &[Complex::ONE], &[Complex::ONE]);
         let root = forms.root(Complex::new(0.0, 1.5)).unwrap();
         assert_eq!(root, Complex::new(0.0, 2.0));
         // Too far to be led anywhere.

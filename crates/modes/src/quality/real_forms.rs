@@ -250,21 +250,15 @@ fn quadratic_form(columns: &[Vec<(usize, f64)>], x: &[f64]) -> DoubleDouble {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::GROUND;
+    use crate::structure::samples::network;
 
     /// Sums of powers of two, beyond those that can be split: the soft spring is 70 bits below the stiff one, and the
     /// light mass 60 below the heavy one.
     #[test]
     fn coefficients_near_the_end_of_the_range_keep_their_digits() {
         let two = |power: i32| 2f64.powi(power);
-        let system = System::builder()
-            .mass("a", two(1000))
-            .mass("b", two(940))
-            .spring("a", "b", two(1010))
-            .spring(GROUND, "a", two(940))
-            .damper("b", GROUND, two(1005))
-            .build()
-            .unwrap();
+        let springs = [(1, 2, two(1010)), (0, 1, two(940))];
+        let system = network(&[two(1000), two(940)], &springs, &[(2, 0, two(1005))]);
         let shapes: [&[f64]; 2] = [&[1.0, -0.5], &[0.25, 1.0]];
         let found = RealForms::of(&system, &shapes, Entries::Exact);
         for (forms, [x, y]) in found.iter().zip([[1.0, -0.5], [0.25, 1.0]]) {
@@ -300,11 +294,7 @@ mod tests {
     /// 12 N/m over 3 kg.
     #[test]
     fn the_quotient_is_the_square_of_the_frequency() {
-        let system = System::builder()
-            .mass("m", 3.0)
-            .spring(GROUND, "m", 12.0)
-            .build()
-            .unwrap();
+        let system = network(&[3.0], &[(0, 1, 12.0)], &[]);
         let forms = RealForms::of(&system, &[&[1.0]], Entries::Exact);
         assert_eq!(forms[0].quotient(), 4.0);
     }

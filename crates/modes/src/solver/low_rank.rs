@@ -160,27 +160,15 @@ fn factor(system: &System, modes: &[RealMode]) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::GROUND;
     use crate::modes::Precision;
+    use crate::structure::samples::{Join, network, with_matrices};
 
     /// A chain of 40 masses with dampers of very different size, as elements or as a matrix.
-    fn chain(as_matrix: bool, dampers: &[(usize, usize, f64)]) -> System {
+    fn chain(as_matrix: bool, dampers: &[Join]) -> System {
         const N: usize = 40;
-        let name = |i: usize| {
-            if i == N {
-                GROUND.to_owned()
-            } else {
-                format!("m{i}")
-            }
-        };
-        let mut builder = System::builder();
-        for i in 0..N {
-            builder = builder.mass(name(i), 1.0 + (i % 3) as f64).spring(
-                name(i),
-                name(i + 1),
-                50.0 + i as f64,
-            );
-        }
+        let masses: Vec<f64> = (0..N).map(|i| 1.0 + (i % 3) as f64).collect();
+        let spring = |i: usize| (i + 1, (i + 2) % (N + 1), 50.0 + i as f64);
+        let springs: Vec<Join> = (0..N).map(spring).collect();
         let mut matrix = Mat::<f64>::zeros(N, N);
         for &(a, b, damping) in dampers {
             for (i, j, sign) in [(a, a, 1.0), (a, b, -1.0), (b, a, -1.0), (b, b, 1.0)] {
@@ -188,19 +176,18 @@ mod tests {
                     matrix[(i, j)] += sign * damping;
                 }
             }
-            if !as_matrix {
-                builder = builder.damper(name(a), name(b), damping);
-            }
         }
         if as_matrix {
-            builder = builder.matrix(MatrixKind::Damping, matrix.as_ref());
+            return with_matrices(&masses, &springs, &[], [None, Some(matrix), None]);
         }
-        builder.build().expect("a chain")
+        let damper = |&(a, b, damping): &Join| (a + 1, (b + 1) % (N + 1), damping);
+        let dampers: Vec<Join> = dampers.iter().map(damper).collect();
+        network(&masses, &springs, &dampers)
     }
 
     #[test]
     fn a_damping_matrix_of_low_rank_is_as_good_as_its_dampers() {
-        let ways: [&[(usize, usize, f64)]; 3] = [
+        let ways: [&[Join]; 3] = [
             &[(7, 40, 3.0)],
             &[(7, 9, 3.0)],
             &[(3, 5, 2.0), (5, 8, 1e-9), (30, 40, 1e3)],

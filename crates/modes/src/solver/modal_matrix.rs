@@ -192,23 +192,15 @@ pub(crate) fn set_apart(modes: Vec<RealMode>, count: usize) -> (Vec<RealMode>, V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::GROUND;
+    use crate::structure::samples::network;
 
     /// Two oscillators that a soft spring couples more than their damping separates them: (Δω)² = κ² + (δ + iσ)²/4, about.
     #[test]
     fn damping_does_not_hide_what_a_soft_spring_couples() {
         let (k, coupling, c) = (5.9, 1e-6, [1e-7, 3.1e-7]);
         for shift in [-1e-6, -1e-7, 0.0, 1e-8, 1e-6] {
-            let system = System::builder()
-                .mass("a", 1.0)
-                .mass("b", 1.0)
-                .spring(GROUND, "a", k + shift)
-                .spring(GROUND, "b", k)
-                .spring("a", "b", coupling)
-                .damper(GROUND, "a", c[0])
-                .damper(GROUND, "b", c[1])
-                .build()
-                .unwrap();
+            let springs = [(0, 1, k + shift), (0, 2, k), (1, 2, coupling)];
+            let system = network(&[1.0; 2], &springs, &[(0, 1, c[0]), (0, 2, c[1])]);
             let modes = ModalMatrix.solve(&system, system.structure()).unwrap();
             let found: Vec<Complex<f64>> =
                 modes.iter().map(|mode| mode.eigenvalue().value).collect();
@@ -234,17 +226,8 @@ mod tests {
 
     #[test]
     fn a_mode_with_its_damper_in_a_node_stays_undamped() {
-        let system = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .mass("c", 1.0)
-            .spring(GROUND, "a", 3.0)
-            .spring("a", "b", 3.0)
-            .spring("b", "c", 3.0)
-            .spring("c", GROUND, 3.0)
-            .damper(GROUND, "b", 0.5)
-            .build()
-            .unwrap();
+        let springs = [(0, 1, 3.0), (1, 2, 3.0), (2, 3, 3.0), (3, 0, 3.0)];
+        let system = network(&[1.0; 3], &springs, &[(0, 2, 0.5)]);
         let modes = ModalMatrix.solve(&system, system.structure()).unwrap();
         let undamped: Vec<Complex<f64>> = modes
             .iter()

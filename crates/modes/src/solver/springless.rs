@@ -101,26 +101,17 @@ fn turned(system: &System) -> System {
 
 #[cfg(test)]
 mod tests {
-    use crate::model::GROUND;
+    use crate::structure::samples::chain;
     use crate::{Bounds, ClassicalModes, Precision, System};
     use eigentone_digits::sort_by_number;
 
     /// Five masses of 1 kg in a chain, the first of which a damper of 1e-12 N·s/m ties to the
     /// ground, each next one 1e6 times as strong.
-    fn chain() -> System {
-        let name = |i: i32| format!("m{i}");
-        let masses = (0..5).fold(System::builder(), |b, i| b.mass(name(i), 1.0));
-        let dampers = [1e-12, 1e-6, 1.0, 1e6, 1e12].into_iter().zip(0..);
-        let joined = dampers.fold(masses, |builder, (c, i)| {
-            let from = if i == 0 {
-                GROUND.to_owned()
-            } else {
-                name(i - 1)
-            };
-            builder.damper(from, name(i), c)
-        });
-        joined.build().unwrap()
+    fn graded() -> System {
+        chain(&[1.0; 5], &[], &DAMPERS)
     }
+
+    const DAMPERS: [f64; 5] = [1e-12, 1e-6, 1.0, 1e6, 1e12];
 
     /// Of C, by FLINT.
     const EIGENVALUES: [f64; 5] = [
@@ -133,7 +124,7 @@ mod tests {
 
     #[test]
     fn graded_dampers_keep_their_digits_in_doubles() {
-        let modes = chain().modes_to(Precision::Double).unwrap();
+        let modes = graded().modes_to(Precision::Double).unwrap();
         assert_eq!(modes.bounds(), Bounds::Estimated);
         let roots = modes.eigenvalues();
         assert_eq!(roots.len(), 10);
@@ -148,21 +139,10 @@ mod tests {
     /// The same chain with each damper made of two of twice its strength, a massless node between.
     #[test]
     fn so_they_do_through_massless_nodes() {
-        let (mass, node) = (|i: i32| format!("m{i}"), |i: i32| format!("p{i}"));
-        let masses = (0..5).fold(System::builder(), |b, i| {
-            b.mass(mass(i), 1.0).mass(node(i), 0.0)
-        });
-        let dampers = [1e-12, 1e-6, 1.0, 1e6, 1e12].into_iter().zip(0..);
-        let joined = dampers.fold(masses, |builder, (c, i)| {
-            let from = if i == 0 {
-                GROUND.to_owned()
-            } else {
-                mass(i - 1)
-            };
-            let half = builder.damper(from, node(i), 2.0 * c);
-            half.damper(node(i), mass(i), 2.0 * c)
-        });
-        let modes = joined.build().unwrap().modes_to(Precision::Double).unwrap();
+        let masses: Vec<f64> = (0..10).map(|i| f64::from(i % 2)).collect();
+        let dampers = DAMPERS.iter().flat_map(|c| [2.0 * c; 2]);
+        let system = chain(&masses, &[], &dampers.collect::<Vec<_>>());
+        let modes = system.modes_to(Precision::Double).unwrap();
         assert_eq!(modes.infinite(), 5);
         let roots = modes.eigenvalues();
         assert_eq!(roots.len(), 15);
@@ -179,7 +159,7 @@ mod tests {
 
     #[test]
     fn so_do_the_rates_of_its_real_modes() {
-        let modes = ClassicalModes::of(&chain()).unwrap().unwrap();
+        let modes = ClassicalModes::of(&graded()).unwrap().unwrap();
         let rates = modes.rates().iter().map(|rate| rate.map(|x| x.to_f64()));
         let mut rates: Vec<[f64; 2]> = rates.collect();
         sort_by_number(&mut rates, |rate| rate[1]);

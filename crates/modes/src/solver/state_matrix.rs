@@ -155,28 +155,16 @@ fn of_size_one(mut vector: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::GROUND;
+    use crate::structure::samples::chain;
 
     #[test]
     fn nearly_repeated_roots_keep_their_shapes() {
         // Two ends alike, with modes of their own 60 masses apart: pairs of roots 1e-14 apart.
         let n = 120;
-        let name = |i: usize| format!("m{i}");
-        let masses = (0..n).fold(System::builder(), |builder, i| {
-            builder.mass(name(i), 1.0 + 0.25 * (i % 4) as f64)
-        });
-        let joined = (0..=n).fold(masses, |builder, i| {
-            let from = if i == 0 {
-                GROUND.to_owned()
-            } else {
-                name(i - 1)
-            };
-            let to = if i == n { GROUND.to_owned() } else { name(i) };
-            builder
-                .spring(from.clone(), to.clone(), 1.0 + 0.5 * (i % 3) as f64)
-                .damper(from, to, 0.02 * (1 + i % 5) as f64)
-        });
-        let system = joined.build().unwrap();
+        let masses: Vec<f64> = (0..n).map(|i| 1.0 + 0.25 * (i % 4) as f64).collect();
+        let springs: Vec<f64> = (0..=n).map(|i| 1.0 + 0.5 * (i % 3) as f64).collect();
+        let dampers: Vec<f64> = (0..=n).map(|i| 0.02 * (1 + i % 5) as f64).collect();
+        let system = chain(&masses, &springs, &dampers);
         let modes = StateMatrix.solve(&system, system.structure()).unwrap();
         assert_eq!(modes.eigenvalues().len(), 2 * n);
         for mode in &modes {

@@ -204,9 +204,9 @@ fn high(value: ComplexDoubleDouble) -> Complex<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::System;
     use crate::model::MatrixKind;
     use crate::sparse::form::Form;
+    use crate::structure::samples::chain;
 
     /// z/(z² + ω²).
     fn pole(z: ComplexDoubleDouble, square: f64) -> ComplexDoubleDouble {
@@ -215,14 +215,7 @@ mod tests {
 
     fn impedance(t: f64, radius: f64, fault: f64) -> (Disc, ComplexDoubleDouble) {
         // Masses of 1 between springs of 1: squares 1 and 3, each with half of the motion of the first.
-        let system = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .spring("ground", "a", 1.0)
-            .spring("a", "b", 1.0)
-            .spring("b", "ground", 1.0)
-            .build()
-            .unwrap();
+        let system = chain(&[1.0; 2], &[1.0; 3], &[]);
         let form = |kind| Form::of(&system, kind).unwrap();
         let [mass, stiffness] = [MatrixKind::Mass, MatrixKind::Stiffness].map(form);
         let pencil = Pencil::of(stiffness, Form::zero(2), mass).unwrap();

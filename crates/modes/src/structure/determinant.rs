@@ -420,63 +420,55 @@ mod tests {
         terms.range.map(|(lowest, highest)| (highest, lowest))
     }
 
+    #[track_caller]
+    fn are_counted(system: &System, finite_and_zero: (usize, usize)) {
+        assert_eq!(roots(system), Some(finite_and_zero));
+    }
+
     #[test]
     fn masses_held_by_springs_have_no_zero_root() {
-        assert_eq!(roots(&chain(&[1.0; 3], &[1.0; 4], &[0.1; 4])), Some((6, 0)));
-        assert_eq!(roots(&chain(&[1.0], &[1.0], &[])), Some((2, 0)));
+        are_counted(&chain(&[1.0; 3], &[1.0; 4], &[0.1; 4]), (6, 0));
+        are_counted(&chain(&[1.0], &[1.0], &[]), (2, 0));
     }
 
     #[test]
     fn free_motions_are_counted() {
         let free = [(1, 2, 100.0), (2, 3, 200.0)];
-        assert_eq!(
-            roots(&network(
-                &[1.0, 2.0, 3.0],
-                &free,
-                &[(1, 2, 0.1), (2, 3, 0.1)]
-            )),
-            Some((6, 2))
+        are_counted(
+            &network(&[1.0, 2.0, 3.0], &free, &[(1, 2, 0.1), (2, 3, 0.1)]),
+            (6, 2),
         );
-        assert_eq!(
-            roots(&network(&[1.0, 2.0, 3.0], &free, &[(0, 3, 0.1)])),
-            Some((6, 1))
-        );
-        assert_eq!(roots(&network(&[2.0], &[], &[(0, 1, 5.0)])), Some((2, 1)));
-        assert_eq!(
-            roots(&network(&[2.0, 3.0], &[], &[(1, 2, 5.0)])),
-            Some((4, 3))
-        );
-        assert_eq!(roots(&network(&[2.0, 3.0], &[], &[])), Some((4, 4)));
+        are_counted(&network(&[1.0, 2.0, 3.0], &free, &[(0, 3, 0.1)]), (6, 1));
+        are_counted(&network(&[2.0], &[], &[(0, 1, 5.0)]), (2, 1));
+        are_counted(&network(&[2.0, 3.0], &[], &[(1, 2, 5.0)]), (4, 3));
+        are_counted(&network(&[2.0, 3.0], &[], &[]), (4, 4));
     }
 
     #[test]
     fn springs_that_cancel_join_nothing() {
         let springs = [(0, 1, 0.5), (0, 1, 0.25), (1, 2, 1.0), (0, 1, -0.75)];
-        assert_eq!(roots(&network(&[1.0, 1.0], &springs, &[])), Some((4, 2)));
+        are_counted(&network(&[1.0, 1.0], &springs, &[]), (4, 2));
         // 0.1 + 0.2 − 0.3 is not 0 as doubles go.
         let springs = [(0, 1, 0.1), (0, 1, 0.2), (1, 2, 1.0), (0, 1, -0.3)];
-        assert_eq!(roots(&network(&[1.0, 1.0], &springs, &[])), Some((4, 0)));
+        are_counted(&network(&[1.0, 1.0], &springs, &[]), (4, 0));
     }
 
     #[test]
     fn massless_nodes_lower_the_degree() {
-        assert_eq!(roots(&triple_defect()), Some((3, 0)));
+        are_counted(&triple_defect(), (3, 0));
         let springs = [(0, 1, 3.0), (1, 2, 24.0)];
-        assert_eq!(
-            roots(&network(&[9.0, 0.0], &springs, &[(0, 2, 8.0)])),
-            Some((3, 0))
-        );
-        assert_eq!(roots(&network(&[9.0, 0.0], &springs, &[])), Some((2, 0)));
+        are_counted(&network(&[9.0, 0.0], &springs, &[(0, 2, 8.0)]), (3, 0));
+        are_counted(&network(&[9.0, 0.0], &springs, &[]), (2, 0));
         // A damper between massless nodes: one relaxation root, for only their distance relaxes.
         let springs = [(0, 1, 1.0), (1, 2, 2.0), (3, 4, 2.0)];
-        assert_eq!(
-            roots(&network(&[1.0, 0.0, 0.0, 1.0], &springs, &[(2, 3, 1.0)])),
-            Some((5, 1))
+        are_counted(
+            &network(&[1.0, 0.0, 0.0, 1.0], &springs, &[(2, 3, 1.0)]),
+            (5, 1),
         );
         // A massless node held by nothing but a damper.
-        assert_eq!(
-            roots(&network(&[1.0, 0.0], &[(0, 1, 1.0)], &[(1, 2, 1.0)])),
-            Some((3, 1))
+        are_counted(
+            &network(&[1.0, 0.0], &[(0, 1, 1.0)], &[(1, 2, 1.0)]),
+            (3, 1),
         );
     }
 
@@ -496,13 +488,9 @@ mod tests {
             roots(&matrices(zero(), zero(), mat![[1.0, 2.0], [0.5, 1.0]])),
             None
         );
-        assert_eq!(
-            roots(&matrices(
-                zero(),
-                zero(),
-                mat![[1.0, 2.0], [0.5, 1.0 + 1e-15]]
-            )),
-            Some((0, 0))
+        are_counted(
+            &matrices(zero(), zero(), mat![[1.0, 2.0], [0.5, 1.0 + 1e-15]]),
+            (0, 0),
         );
         // Singular at every λ without a common null vector.
         let nilpotent = [
@@ -524,37 +512,30 @@ mod tests {
     fn opposite_springs_on_a_massless_node_lower_the_degree_further() {
         // K_pp = 0, K_pm = (−k, k): det = −k²(λ²(m₁ + m₂) + …).
         let springs = [(1, 3, 2.0), (2, 3, -2.0), (0, 1, 1.0), (0, 2, 1.0)];
-        assert_eq!(
-            roots(&network(&[1.0, 4.0, 0.0], &springs, &[])),
-            Some((2, 0))
-        );
+        are_counted(&network(&[1.0, 4.0, 0.0], &springs, &[]), (2, 0));
     }
 
     #[test]
     fn mass_matrices_of_every_kind() {
         let identity = || Mat::<f64>::identity(2, 2);
         let zero = || Mat::<f64>::zeros(2, 2);
-        assert_eq!(
-            roots(&matrices(mat![[2.0, 1.0], [1.0, 2.0]], zero(), identity())),
-            Some((4, 0))
+        are_counted(
+            &matrices(mat![[2.0, 1.0], [1.0, 2.0]], zero(), identity()),
+            (4, 0),
         );
         // One mass on the sum of two coordinates.
-        assert_eq!(
-            roots(&matrices(mat![[1.0, 1.0], [1.0, 1.0]], zero(), identity())),
-            Some((2, 0))
+        are_counted(
+            &matrices(mat![[1.0, 1.0], [1.0, 1.0]], zero(), identity()),
+            (2, 0),
         );
         // Follower force: K singular and not symmetric.
-        assert_eq!(
-            roots(&matrices(
-                identity(),
-                zero(),
-                mat![[1.0, -1.0], [2.0, -2.0]]
-            )),
-            Some((4, 2))
+        are_counted(
+            &matrices(identity(), zero(), mat![[1.0, -1.0], [2.0, -2.0]]),
+            (4, 2),
         );
-        assert_eq!(
-            roots(&matrices(identity(), mat![[0.0, 1.0], [-1.0, 0.0]], zero())),
-            Some((4, 2))
+        are_counted(
+            &matrices(identity(), mat![[0.0, 1.0], [-1.0, 0.0]], zero()),
+            (4, 2),
         );
     }
 
@@ -563,7 +544,7 @@ mod tests {
         // On the floating pair, C and the join to it cancel at λ = 0: det = λ³(…) by hand.
         let system = network(&[1.0, 1.0], &[(1, 2, 1.0)], &[(0, 1, 1.0), (0, 2, -1.0)]);
         // Q = [λ²+λ+1, −1; −1, λ²−λ+1], det = λ⁴ + λ².
-        assert_eq!(roots(&system), Some((4, 2)));
+        are_counted(&system, (4, 2));
     }
 
     #[test]
@@ -571,31 +552,22 @@ mod tests {
         // det = λ²((λ + 1)(λ − 1) − λ²) + 1 − 1 = −λ².
         let springs = [(1, 2, 1.0), (3, 1, -1.0)];
         let system = network(&[1.0, 0.0, 0.0], &springs, &[(2, 3, 1.0)]);
-        assert_eq!(roots(&system), Some((2, 2)));
+        are_counted(&system, (2, 2));
     }
 
     #[test]
     fn every_magnitude_counts() {
         let tiny = f64::from_bits(1);
         let springs = [(0, 1, 1e300), (1, 2, tiny), (2, 3, 1e-300)];
-        assert_eq!(
-            roots(&network(&[1e300, tiny, 1e-300], &springs, &[])),
-            Some((6, 0))
-        );
-        assert_eq!(
-            roots(&network(&[1e300, 0.0, tiny], &springs, &[(0, 2, -tiny)])),
-            Some((5, 0))
+        are_counted(&network(&[1e300, tiny, 1e-300], &springs, &[]), (6, 0));
+        are_counted(
+            &network(&[1e300, 0.0, tiny], &springs, &[(0, 2, -tiny)]),
+            (5, 0),
         );
         let k = mat![[1e300, 1e-300], [1e300, 2e-300]];
-        assert_eq!(
-            roots(&matrices(Mat::identity(2, 2), Mat::zeros(2, 2), k)),
-            Some((4, 0))
-        );
+        are_counted(&matrices(Mat::identity(2, 2), Mat::zeros(2, 2), k), (4, 0));
         let k = mat![[1e300, 1e-300], [2e300, 2e-300]];
-        assert_eq!(
-            roots(&matrices(Mat::identity(2, 2), Mat::zeros(2, 2), k)),
-            Some((4, 2))
-        );
+        are_counted(&matrices(Mat::identity(2, 2), Mat::zeros(2, 2), k), (4, 2));
     }
 
     #[test]
@@ -608,7 +580,7 @@ mod tests {
         let springs: Vec<_> = (0..n).map(|i| (i, i + 1, 1.0)).collect();
         for (damping, stiffness) in [(Some(force.clone()), None), (None, Some(force))] {
             let system = with_matrices(&masses, &springs, &[], [None, damping, stiffness]);
-            assert_eq!(roots(&system), Some((2 * n - 2, 0)));
+            are_counted(&system, (2 * n - 2, 0));
         }
         // Gyroscopic coupling to a massless node: det [λ² λ; −λ 1] = 2λ².
         let gyroscopic = mat![[0.0, 1.0], [-1.0, 0.0]];
@@ -618,7 +590,7 @@ mod tests {
             &[],
             [None, Some(gyroscopic), None],
         );
-        assert_eq!(roots(&system), Some((2, 2)));
+        are_counted(&system, (2, 2));
     }
 
     #[test]
@@ -629,7 +601,7 @@ mod tests {
         springs[0] = 0.0;
         let mut masses = vec![1.0; n];
         masses[7] = 0.0;
-        assert_eq!(roots(&chain(&masses, &springs, &[])), Some((2 * n - 2, 2)));
+        are_counted(&chain(&masses, &springs, &[]), (2 * n - 2, 2));
     }
 
     /// Systems with massless nodes, missing and cancelling elements, of small integers.

@@ -6,15 +6,15 @@ use crate::model::{Element, Node};
 use crate::system::System;
 
 /// An element between coordinates counted from 1, 0 being the ground.
-pub(super) type Join = (usize, usize, f64);
+pub(crate) type Join = (usize, usize, f64);
 
 /// From masses, springs and dampers, unchecked.
-pub(super) fn network(masses: &[f64], springs: &[Join], dampers: &[Join]) -> System {
+pub(crate) fn network(masses: &[f64], springs: &[Join], dampers: &[Join]) -> System {
     with_matrices(masses, springs, dampers, [const { None }; 3])
 }
 
 /// The same with matrices added.
-pub(super) fn with_matrices(
+pub(crate) fn with_matrices(
     masses: &[f64],
     springs: &[Join],
     dampers: &[Join],
@@ -48,7 +48,7 @@ pub(crate) fn matrices(mass: Mat<f64>, damping: Mat<f64>, stiffness: Mat<f64>) -
 
 /// Masses in a row: element i joins mass i to mass i + 1, the ground being 0 and also beyond the
 /// last mass.
-pub(super) fn chain(masses: &[f64], springs: &[f64], dampers: &[f64]) -> System {
+pub(crate) fn chain(masses: &[f64], springs: &[f64], dampers: &[f64]) -> System {
     let joins = |values: &[f64]| -> Vec<Join> {
         let end = |i: usize| if i == masses.len() { 0 } else { i + 1 };
         values

@@ -177,12 +177,7 @@ fn left_shapes_have_bounds_of_their_own() {
 
 #[test]
 fn what_floats_moves_as_a_whole() {
-    let system = System::builder()
-        .mass("a", 1.0)
-        .mass("b", 3e9)
-        .spring("a", "b", 0.1)
-        .build()
-        .expect("a system");
+    let system = network(&[1.0, 3e9], &[(1, 2, 0.1)], &[]);
     let modes = system.modes().expect("modes");
     assert_eq!(
         modes.as_slice()[0].shape_bound(),
@@ -193,18 +188,10 @@ fn what_floats_moves_as_a_whole() {
 #[test]
 fn no_bounds_where_shapes_are_not_determined() {
     let alike = |coupling: f64| {
-        let masses = System::builder()
-            .mass("a", 1.0)
-            .mass("b", 1.0)
-            .mass("c", 1.0);
-        let pairs = [("a", "b"), ("b", "c"), ("a", "c")];
-        let held = ["a", "b", "c"]
-            .into_iter()
-            .fold(masses, |b, name| b.spring(GROUND, name, 2.0));
-        let joined = pairs
-            .into_iter()
-            .fold(held, |b, (i, j)| b.spring(i, j, coupling));
-        joined.build().expect("a system").modes().expect("modes")
+        let held = [(0, 1, 2.0), (0, 2, 2.0), (0, 3, 2.0)];
+        let joined = [(1, 2, coupling), (2, 3, coupling), (1, 3, coupling)];
+        let system = network(&[1.0; 3], &[held, joined].concat(), &[]);
+        system.modes().expect("modes")
     };
     let known = |modes: &eigentone_modes::Modes| -> Vec<bool> {
         modes
@@ -224,13 +211,7 @@ fn no_bounds_where_shapes_are_not_determined() {
 
 #[test]
 fn parts_that_nothing_joins_keep_their_shapes_apart() {
-    let system = System::builder()
-        .mass("a", 1.0)
-        .mass("b", 1.0)
-        .spring(GROUND, "a", 2.0)
-        .spring(GROUND, "b", 3.0)
-        .build()
-        .expect("a system");
+    let system = network(&[1.0; 2], &[(0, 1, 2.0), (0, 2, 3.0)], &[]);
     let modes = system.modes().expect("modes");
     for (mode, place) in modes.iter().zip(0..) {
         assert_eq!(mode.shape()[place].re, 1.0);
@@ -244,15 +225,14 @@ fn the_plan_of_parts_is_that_of_the_largest() {
     let alone = |builder: SystemBuilder| builder.mass("x", 1.0).spring(GROUND, "x", 2.0);
     let chain = |builder: SystemBuilder| {
         (0..20).fold(builder, |builder, i| {
-            let name = |i: usize| format!("m{i}");
-            let from = if i == 0 {
-                GROUND.to_owned()
-            } else {
-                name(i - 1)
+            let name = format!("m{i}");
+            let from = match i {
+                0 => GROUND.to_owned(),
+                i => format!("m{}", i - 1),
             };
-            let builder = builder.mass(name(i), 1.0 + 0.1 * (i % 3) as f64);
-            let builder = builder.spring(from.clone(), name(i), 3.0 + (i % 4) as f64);
-            builder.damper(from, name(i), 0.01 * (1.0 + (i % 5) as f64))
+            let builder = builder.mass(&name, 1.0 + 0.1 * (i % 3) as f64);
+            let builder = builder.spring(&from, &name, 3.0 + (i % 4) as f64);
+            builder.damper(from, name, 0.01 * (1.0 + (i % 5) as f64))
         })
     };
     let plan = |builder: SystemBuilder| {

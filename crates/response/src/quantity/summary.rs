@@ -924,6 +924,15 @@ mod tests {
         }
     }
 
+    /// When a coordinate is settled where it comes to rest.
+    #[track_caller]
+    fn settled(summary: &Summary, coordinate: usize) -> Option<f64> {
+        match summary.coordinates()[coordinate].destination {
+            Destination::Rest { settled, .. } => settled,
+            other => panic!("{other:?}"),
+        }
+    }
+
     fn one() -> SystemBuilder {
         System::builder().mass("m", 2.0).spring(GROUND, "m", 8.0)
     }
@@ -937,10 +946,7 @@ mod tests {
         });
         let course = summary.coordinates()[0];
         assert_eq!((course.peak, course.peak_time), (3.0, 0.0));
-        let Destination::Rest { settled, .. } = course.destination else {
-            panic!("{course:?}");
-        };
-        let settled = settled.expect("it settles");
+        let settled = settled(&summary, 0).expect("it settles");
         assert!((settled - 50f64.ln()).abs() < 1e-9, "{settled}");
         assert!(summary.is_between());
         assert_rests(course.destination, 1.0);
@@ -1002,11 +1008,10 @@ mod tests {
             assert_eq!(overshoot, (at == 0.0).then_some(0.0));
         }
         // At the end itself, where it is not settled.
-        let course = jump(10.0).coordinates()[0];
+        let last = jump(10.0);
+        let course = last.coordinates()[0];
         assert!((course.peak - 2.0).abs() < 1e-12 && course.peak_time == 10.0);
-        let Destination::Rest { settled: None, .. } = course.destination else {
-            panic!("{course:?}");
-        };
+        assert_eq!(settled(&last, 0), None);
     }
 
     /// Held by springs alone, a node without mass follows its load at once: to 2 m at 0.5 s and back at 1.5 s,
@@ -1023,10 +1028,7 @@ mod tests {
         });
         let course = summary.coordinates()[0];
         assert_eq!((course.peak, course.peak_time), (-3.0, 2.25));
-        let Destination::Rest { settled, .. } = course.destination else {
-            panic!("{course:?}");
-        };
-        assert_eq!(settled, Some(2.75));
+        assert_eq!(settled(&summary, 0), Some(2.75));
     }
 
     /// Springs alone, and no load: without any state there is nothing to follow.
@@ -1101,11 +1103,8 @@ mod tests {
                     .every(end / 4.0)
                     .until(end)
             });
-            let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
-                panic!("{summary:?}");
-            };
             assert!(!summary.is_open(0));
-            match settled {
+            match settled(&summary, 0) {
                 Some(time) => assert!(end > truth && (time - truth).abs() < 1e-8, "{end}: {time}"),
                 None => assert!(end < truth, "{end}"),
             }
@@ -1141,10 +1140,7 @@ mod tests {
                 .expect("a problem");
             let (summary, rests) = rests_of(&problem);
             let rest = rests[0].expect("it rests");
-            let [m, b] = [0, 1].map(|i| match summary.coordinates()[i].destination {
-                Destination::Rest { settled, .. } => settled.expect("it settles"),
-                other => panic!("{other:?}"),
-            });
+            let [m, b] = [0, 1].map(|i| settled(&summary, i).expect("it settles"));
             let of_output = rest.settled.expect("it settles");
             assert!(
                 (m - of_output).abs() < 1e-8,
@@ -1173,17 +1169,14 @@ mod tests {
             let pair = pair.mass(*name, 1.0).spring(GROUND, *name, 4.0);
             pair.damper(GROUND, *name, 1.0)
         });
-        let settled = |summary: &Summary, i: usize| match summary.coordinates()[i].destination {
-            Destination::Rest { settled, .. } => (settled, summary.is_open(i)),
-            other => panic!("{other:?}"),
-        };
+        let known = |summary: &Summary, i: usize| (settled(summary, i), summary.is_open(i));
         for (coupling, open) in [(1e-25, true), (1e-27, true), (0.0, false)] {
             let summary = summary(pair.clone().spring("m", "b", coupling), |response| {
                 let state = State::at_rest().displace("m", 1.0);
                 response.from(state).every(0.1).until(40.0)
             });
             let still = if open { None } else { Some(0.0) };
-            assert_eq!(settled(&summary, 1), (still, open), "{coupling}");
+            assert_eq!(known(&summary, 1), (still, open), "{coupling}");
         }
         let free = System::builder().mass("m", 1.0).damper(GROUND, "m", 1.0);
         let summary = summary(free, |response| {
@@ -1191,7 +1184,7 @@ mod tests {
             response.every(0.1).until(10.0).to(Precision::Double)
         });
         let truth = 50f64.ln();
-        match settled(&summary, 0) {
+        match known(&summary, 0) {
             (None, open) => assert!(open),
             (Some(time), _) => assert!((time - truth).abs() < 0.1, "{time}"),
         }
@@ -1205,10 +1198,7 @@ mod tests {
                 let impulse = Impulse::of(1.0).at(at);
                 response.load("m", impulse).every(1.0).until(4.0)
             });
-            let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
-                panic!("{summary:?}");
-            };
-            assert_eq!(settled, None, "{at}");
+            assert_eq!(settled(&summary, 0), None, "{at}");
         }
     }
 
@@ -1244,10 +1234,7 @@ mod tests {
             let response = response.from(State::at_rest().displace("m", 1.0));
             response.every(0.5).until(4.0)
         });
-        let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
-            panic!("{summary:?}");
-        };
-        let time = settled.expect("it settles");
+        let time = settled(&summary, 0).expect("it settles");
         assert!(
             ((-2.0 * time).exp() * (1.0 + 2.0 * time) - 0.02).abs() < 1e-9,
             "{time}"
@@ -1268,11 +1255,8 @@ mod tests {
                     .every(0.5)
                     .until(end)
             });
-            let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
-                panic!("{summary:?}");
-            };
             // e^(−t/5): the last of its waves leaves at most once more within a period of π.
-            let time = settled.expect("it settles");
+            let time = settled(&summary, 0).expect("it settles");
             assert!(
                 time < 5.0 * 50f64.ln() + 0.1 && time > 5.0 * 50f64.ln() - 3.2,
                 "{time}"

@@ -10,6 +10,8 @@ use eigentone_response::{
 };
 use faer::{Mat, mat};
 
+use crate::systems::{in_a_row, quarter_car};
+
 use Quantity::{Acceleration, Displacement, Velocity};
 
 type Exact = Wide<8>;
@@ -76,22 +78,7 @@ fn holds(case: &str, name: &str, matrix: &BoundedMatrix) {
 }
 
 fn oscillator() -> System {
-    let system = System::builder().mass("m", 2.0).spring(GROUND, "m", 8.0);
-    system.damper(GROUND, "m", 1.0).build().expect("a system")
-}
-
-fn car() -> System {
-    System::builder()
-        .mass("body", 290.0)
-        .mass("wheel", 59.0)
-        .support("road")
-        .spring("wheel", "body", 16812.0)
-        .damper("wheel", "body", 1000.0)
-        .spring("road", "wheel", 190_000.0)
-        .named("tyre")
-        .damper("road", "wheel", 50.0)
-        .build()
-        .expect("a system")
+    in_a_row(&[("m", 2.0)], &[8.0], &[1.0])
 }
 
 fn driven_car(car: &System) -> StateSpace<'_> {
@@ -126,9 +113,7 @@ fn storeys() -> System {
 }
 
 fn stiff() -> System {
-    let system = System::builder().mass("1", 1.0).mass("2", 1.0);
-    let system = system.spring(GROUND, "1", 1.0).spring("1", "2", 1e12);
-    system.build().expect("a system")
+    in_a_row(&[("1", 1.0), ("2", 1.0)], &[1.0, 1e12], &[])
 }
 
 fn check(case: &str, plant: &StateSpace<'_>, step: f64, density: Mat<f64>) {
@@ -155,7 +140,7 @@ fn discrete_forms_are_right_to_the_last_digits() {
         mat![[3.0]],
     );
 
-    let system = car();
+    let system = quarter_car();
     check(
         "car",
         &driven_car(&system),
@@ -163,8 +148,7 @@ fn discrete_forms_are_right_to_the_last_digits() {
         mat![[0.5, 0.25], [0.25, 2.0]],
     );
 
-    let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
-    let system = system.damper(GROUND, "m", 1e6).build().expect("a system");
+    let system = in_a_row(&[("m", 1.0)], &[1.0], &[1e6]);
     let plant = StateSpace::of(&system).force("m").output("m", Displacement);
     check("slow", &plant.build().expect("a plant"), 1.0, mat![[1.0]]);
 
@@ -186,15 +170,13 @@ fn discrete_forms_are_right_to_the_last_digits() {
 
 #[test]
 fn stationary_covariances_are_right_to_the_last_digits() {
-    let system = car();
+    let system = quarter_car();
     let plant = StateSpace::of(&system).force("body").build();
     let plant = plant.expect("a plant");
     let covariance = plant.stationary_covariance(mat![[2.0]].as_ref());
     holds("pushed", "P", &covariance.expect("it comes to rest"));
 
-    let system = System::builder().mass("1", 1.0).mass("2", 1.0);
-    let system = system.spring(GROUND, "1", 1.0).spring("1", "2", 1e12);
-    let system = system.damper(GROUND, "1", 1e-9).build().expect("a system");
+    let system = in_a_row(&[("1", 1.0), ("2", 1.0)], &[1.0, 1e12], &[1e-9]);
     let plant = StateSpace::of(&system).force("2").build();
     let plant = plant.expect("a plant");
     let covariance = plant.stationary_covariance(mat![[1.0]].as_ref());
@@ -210,10 +192,7 @@ fn stationary_covariances_are_right_to_the_last_digits() {
 /// Frequencies of 1e100 within a step of a second: all of it has died out, far below what any number holds.
 #[test]
 fn what_decays_beyond_all_range_is_nothing() {
-    let system = System::builder()
-        .mass("m", 1e-100)
-        .spring(GROUND, "m", 1e100);
-    let system = system.damper(GROUND, "m", 0.1).build().expect("a system");
+    let system = in_a_row(&[("m", 1e-100)], &[1e100], &[0.1]);
     let plant = StateSpace::of(&system).force("m").output("m", Displacement);
     let plant = plant.build().expect("a plant");
     let held = plant.discretise(1.0, Hold::Zero).expect("a form");
@@ -233,7 +212,7 @@ fn what_decays_beyond_all_range_is_nothing() {
 /// A jump of the road is an impulse through the tyre's damper: taken out of the state, and back in where it shows.
 #[test]
 fn states_and_matrices_are_named_and_placed() {
-    let system = car();
+    let system = quarter_car();
     let plant = driven_car(&system);
     let jumps = "wheel velocity without the jumps by road displacement";
     let states = [
@@ -369,7 +348,7 @@ fn columns_that_cancel_leave_the_others_alone() {
 /// The discrete form steps where the motion goes, under sampled forces and roads, jumps included.
 #[test]
 fn the_discrete_form_steps_where_the_motion_goes() {
-    let system = car();
+    let system = quarter_car();
     let plant = driven_car(&system);
     let step = 0.05;
     let road = [0.0, 0.1, -0.05, 0.2, 0.2, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0];
@@ -425,7 +404,7 @@ fn growth(plant: &StateSpace<'_>, step: f64) -> Mat<f64> {
 
 #[test]
 fn what_cannot_be_is_refused() {
-    let system = car();
+    let system = quarter_car();
     let ask = || StateSpace::of(&system);
     let of = |builder: eigentone_response::StateSpaceBuilder<'_>| builder.build().map(drop);
     let known = "body, wheel".to_owned();
@@ -461,8 +440,7 @@ fn what_cannot_be_is_refused() {
             Err(StateSpaceError::Density { inputs: 2, .. })
         ));
     }
-    let growing = System::builder().mass("m", 1.0).spring(GROUND, "m", -1.0);
-    let growing = growing.build().expect("a system");
+    let growing = in_a_row(&[("m", 1.0)], &[-1.0], &[]);
     let plant = StateSpace::of(&growing)
         .force("m")
         .build()

@@ -2,9 +2,10 @@
 
 use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
-    Combination, Noise, Quantity, RandomVibration, Rms, StateSpaceError, StationaryMotion,
-    Statistics, Sum, Weighting,
+    Noise, Quantity, RandomVibration, Rms, StateSpaceError, StationaryMotion, Statistics, Weighting,
 };
+
+use crate::systems::{between, pull, sum};
 
 use Quantity::{Acceleration, Displacement, Velocity};
 
@@ -15,24 +16,6 @@ fn system(builder: eigentone_modes::SystemBuilder) -> System {
 fn one(m: f64, c: f64, k: f64) -> System {
     let one = System::builder().support("base").mass("m", m);
     system(one.spring("base", "m", k).damper("base", "m", c))
-}
-
-fn between(name: &str, quantity: Quantity, first: &str, second: &str) -> Combination {
-    let motions = vec![
-        (quantity, second.into(), 1.0),
-        (quantity, first.into(), -1.0),
-    ];
-    Combination {
-        name: name.into(),
-        of: Sum::Motions(motions),
-    }
-}
-
-fn pull(name: &str) -> Combination {
-    Combination {
-        name: name.into(),
-        of: Sum::Pull(name.into()),
-    }
 }
 
 fn solved(noise: RandomVibration<'_>) -> StationaryMotion {
@@ -77,16 +60,12 @@ fn one_mass_under_a_white_force() {
         let one = one(2.0, c, 8.0);
         let relative = between("relative", Displacement, "base", "m");
         let motion = solved(RandomVibration::of(&one).force("m", 3.0).output(relative));
-        is(
-            of(motion.displacement(), "m"),
-            (3.0 / (4.0 * c * 8.0)).sqrt(),
-            4e-16,
-        );
-        is(
-            of(motion.velocity(), "m"),
-            (3.0 / (4.0 * c * 2.0)).sqrt(),
-            4e-16,
-        );
+        for (all, name, truth) in [
+            (motion.displacement(), "m", (3.0 / (4.0 * c * 8.0)).sqrt()),
+            (motion.velocity(), "m", (3.0 / (4.0 * c * 2.0)).sqrt()),
+        ] {
+            is(of(all, name), truth, 4e-16);
+        }
         is_infinite(of(motion.acceleration(), "m"), "m force");
         // Twice a second times 2π, whatever the damping.
         let crossings = motion.displacement()[0].zero_crossings();
@@ -122,16 +101,12 @@ fn one_mass_on_a_base_of_white_acceleration() {
         let (omega, zeta) = ((k / m).sqrt(), c / (2.0 * (k * m).sqrt()));
         let acceleration = 3.0 * omega * (1.0 + 4.0 * zeta * zeta) / (8.0 * zeta);
         is(of(motion.acceleration(), "m"), acceleration.sqrt(), 1e-15);
-        is(
-            of(motion.outputs(), "x"),
-            (3.0 * m * m / (4.0 * c * k)).sqrt(),
-            4e-16,
-        );
-        is(
-            of(motion.outputs(), "v"),
-            (3.0 * m / (4.0 * c)).sqrt(),
-            4e-16,
-        );
+        for (all, name, truth) in [
+            (motion.outputs(), "x", (3.0 * m * m / (4.0 * c * k)).sqrt()),
+            (motion.outputs(), "v", (3.0 * m / (4.0 * c)).sqrt()),
+        ] {
+            is(of(all, name), truth, 4e-16);
+        }
         is_infinite(of(motion.outputs(), "a"), "base acceleration");
     }
 }
@@ -143,19 +118,15 @@ fn two_masses_agree_with_quadrature() {
     let pair = system(pair.spring("a", "b", 3.0).damper("a", "b", 0.25));
     let noise = RandomVibration::of(&pair).force("b", 0.5).force("b", 1.5);
     let motion = solved(noise.output(between("stretch", Displacement, "a", "b")));
-    is(
-        of(motion.displacement(), "a"),
-        0.460_501_540_368_740_9,
-        1e-14,
-    );
-    is(
-        of(motion.displacement(), "b"),
-        1.118_552_102_913_712_5,
-        1e-14,
-    );
-    is(of(motion.velocity(), "a"), 0.666_162_647_038_658_7, 1e-14);
-    is(of(motion.velocity(), "b"), 1.512_143_509_308_842_3, 1e-14);
-    is(of(motion.acceleration(), "a"), 1.120_296_158_373_645, 1e-14);
+    for (all, name, truth) in [
+        (motion.displacement(), "a", 0.460_501_540_368_740_9),
+        (motion.displacement(), "b", 1.118_552_102_913_712_5),
+        (motion.velocity(), "a", 0.666_162_647_038_658_7),
+        (motion.velocity(), "b", 1.512_143_509_308_842_3),
+        (motion.acceleration(), "a", 1.120_296_158_373_645),
+    ] {
+        is(of(all, name), truth, 1e-14);
+    }
     is_infinite(of(motion.acceleration(), "b"), "b force");
     is(
         of(motion.outputs(), "stretch"),
@@ -184,45 +155,25 @@ fn a_car_on_white_roads_agrees_with_quadrature() {
         solved(noise.output(pull("tyre")))
     };
     let motion = on(Velocity);
-    is(
-        of(motion.outputs(), "travel"),
-        0.008_385_254_915_624_211,
-        1e-14,
-    );
-    is(of(motion.outputs(), "tyre"), 403.514_797_746_005_84, 1e-14);
-    is(
-        of(motion.acceleration(), "body"),
-        0.894_427_190_999_915_9,
-        1e-14,
-    );
-    is(
-        of(motion.acceleration(), "wheel"),
-        11.303_804_669_225_32,
-        1e-14,
-    );
-    is(
-        of(motion.velocity(), "body"),
-        0.075_880_251_053_880_94,
-        1e-14,
-    );
+    for (all, name, truth) in [
+        (motion.outputs(), "travel", 0.008_385_254_915_624_211),
+        (motion.outputs(), "tyre", 403.514_797_746_005_84),
+        (motion.acceleration(), "body", 0.894_427_190_999_915_9),
+        (motion.acceleration(), "wheel", 11.303_804_669_225_32),
+        (motion.velocity(), "body", 0.075_880_251_053_880_94),
+    ] {
+        is(of(all, name), truth, 1e-14);
+    }
     is_infinite(of(motion.displacement(), "body"), "road velocity");
     let motion = on(Acceleration);
-    is(
-        of(motion.outputs(), "travel"),
-        0.001_063_511_983_598_592_3,
-        1e-14,
-    );
-    is(of(motion.outputs(), "tyre"), 20.673_654_732_533_384, 1e-14);
-    is(
-        of(motion.acceleration(), "body"),
-        0.075_880_251_053_880_94,
-        1e-14,
-    );
-    is(
-        of(motion.acceleration(), "wheel"),
-        0.169_581_285_818_925_2,
-        1e-14,
-    );
+    for (all, name, truth) in [
+        (motion.outputs(), "travel", 0.001_063_511_983_598_592_3),
+        (motion.outputs(), "tyre", 20.673_654_732_533_384),
+        (motion.acceleration(), "body", 0.075_880_251_053_880_94),
+        (motion.acceleration(), "wheel", 0.169_581_285_818_925_2),
+    ] {
+        is(of(all, name), truth, 1e-14);
+    }
     is_infinite(of(motion.velocity(), "body"), "road acceleration");
 }
 
@@ -629,10 +580,7 @@ fn weighted_motions_agree_with_quadrature() {
     let noise = RandomVibration::of(&one).motion("base", Acceleration, 2.0);
     let noise = noise.output(between("ride", Acceleration, "base", "m"));
     let white = RandomVibration::of(&one).motion("base", Velocity, 2.0);
-    let white = white.output(Combination {
-        name: "ride".into(),
-        of: Sum::Motions(vec![(Acceleration, "m".into(), 1.0)]),
-    });
+    let white = white.output(sum("ride", &[(Acceleration, "m", 1.0)]));
     for weighting in [Weighting::Vertical, Weighting::Horizontal] {
         assert!(
             noise.weighted(weighting).unwrap().displacement()[0]

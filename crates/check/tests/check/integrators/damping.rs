@@ -5,10 +5,10 @@ use eigentone_check::{
     DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark, Radau5,
     RungeKutta4,
 };
-use eigentone_modes::{GROUND, System};
 use eigentone_response::{Hold, Response, ResponseMethod, Samples, State};
 
 use super::run;
+use crate::row::in_a_row;
 use crate::scenes;
 
 /// Displacements of free undamped motion from 1 m, one step apart. A load of nothing, sampled at
@@ -154,13 +154,7 @@ fn damp_and_stretch_as_documented() {
 /// periods of the faster mode. HHT-α loses some.
 #[test]
 fn average_acceleration_keeps_the_energy() {
-    let system = System::builder()
-        .mass("a", 2.0)
-        .mass("b", 0.5)
-        .spring(GROUND, "a", 3.0)
-        .spring("a", "b", 70.0)
-        .build()
-        .expect("valid");
+    let system = in_a_row(&[("a", 2.0), ("b", 0.5)], &[3.0, 70.0], &[]);
     let response = Response::of(&system).from(State::at_rest().displace("a", 1.0).push("b", -3.0));
     let problem = response.every(0.7).until(700.0).problem().expect("valid");
     let (m, k) = (system.mass_matrix(), system.stiffness_matrix());

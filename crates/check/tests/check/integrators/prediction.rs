@@ -4,10 +4,11 @@ use eigentone_check::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Limit, Newmark,
     Prediction, Radau5, RungeKutta4,
 };
-use eigentone_modes::{GROUND, System};
+use eigentone_modes::System;
 use eigentone_response::{Harmonic, Problem, Response, ResponseError, State, Step};
 
 use super::{chain, loaded};
+use crate::row::in_a_row;
 use crate::scenes;
 
 fn predicted(method: &dyn Integrator, problem: &Problem<'_>) -> Prediction {
@@ -63,13 +64,7 @@ fn driven(system: &System, end: f64) -> Problem<'_> {
 #[test]
 fn a_tolerance_is_tried_and_extended() {
     let damped = chain();
-    let undamped = System::builder()
-        .mass("a", 2.0)
-        .mass("c", 1.0)
-        .spring(GROUND, "a", 3.0)
-        .spring("a", "c", 7.0)
-        .build()
-        .expect("valid");
+    let undamped = in_a_row(&[("a", 2.0), ("c", 1.0)], &[3.0, 7.0], &[]);
     for (system, within) in [(&undamped, 1.2), (&damped, 1.4)] {
         for (tolerance, end) in [(1e-6, 4e3), (1e-9, 1e3), (1e-12, 1e3)] {
             for method in [

@@ -6,7 +6,8 @@ use num_complex::Complex;
 use super::*;
 
 use crate::inclusion::{self, Approximation};
-use crate::{Bounds, GROUND, MatrixKind, Modes, Precision, SystemBuilder};
+use crate::structure::samples::{Join, network, with_matrices};
+use crate::{Bounds, GROUND, MatrixKind, Modes, Precision};
 use eigentone_digits::{Real, Wide, WideComplex};
 use proptest::prelude::*;
 
@@ -26,24 +27,21 @@ fn proven(system: &System) -> Option<Vec<Paired>> {
     )
 }
 
+/// What joins n masses in a row to each other, where it is not 0, from the ground on and perhaps to it.
+fn joined(n: usize, values: &[f64]) -> Vec<Join> {
+    let given = values
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| **value != 0.0);
+    given
+        .map(|(i, value)| (i, (i + 1) % (n + 1), *value))
+        .collect()
+}
+
 /// Masses in a row, with a spring before each and one behind the last; dampers to the ground.
 fn chain(masses: &[f64], springs: &[f64], dashpots: &[(usize, f64)]) -> System {
-    let name = |i: usize| format!("m{i}");
-    let n = masses.len();
-    let each = masses.iter().enumerate();
-    let mut builder = each.fold(SystemBuilder::default(), |b, (i, m)| b.mass(name(i), *m));
-    for (i, k) in springs.iter().enumerate().filter(|(_, k)| **k != 0.0) {
-        let from = if i == 0 {
-            GROUND.to_owned()
-        } else {
-            name(i - 1)
-        };
-        let to = if i == n { GROUND.to_owned() } else { name(i) };
-        builder = builder.spring(from, to, *k);
-    }
-    let dashpots = dashpots.iter();
-    let damped = dashpots.fold(builder, |b, (i, c)| b.damper(GROUND, name(*i), *c));
-    damped.build().unwrap()
+    let dashpots: Vec<Join> = dashpots.iter().map(|(i, c)| (0, i + 1, *c)).collect();
+    network(masses, &joined(masses.len(), springs), &dashpots)
 }
 
 type Precise = WideComplex<Wide<4>>;
@@ -127,36 +125,21 @@ struct Row {
 impl Row {
     fn system(&self) -> System {
         let n = self.masses.len();
-        let name = |i: usize| match i {
-            i if i == 0 || i == n + 1 => GROUND.to_owned(),
-            i => format!("m{i}"),
+        let held = (1..).zip(&self.dashpots).filter(|(_, c)| **c != 0.0);
+        let mut dampers: Vec<Join> = held.map(|(i, c)| (0, i, *c)).collect();
+        dampers.extend(joined(n, &self.dampers));
+        let beyond = |joins: &[f64]| {
+            let entry = |i, j| {
+                if j == i + 1 {
+                    joins[j] * (1.0 - self.follow)
+                } else {
+                    0.0
+                }
+            };
+            (self.follow != 1.0).then(|| Mat::from_fn(n, n, entry))
         };
-        let mut builder = System::builder();
-        for i in 0..n {
-            builder = builder.mass(name(i + 1), self.masses[i]);
-        }
-        for i in (0..n).filter(|i| self.dashpots[*i] != 0.0) {
-            builder = builder.damper(GROUND, name(i + 1), self.dashpots[i]);
-        }
-        for i in (0..=n).filter(|i| self.springs[*i] != 0.0) {
-            builder = builder.spring(name(i), name(i + 1), self.springs[i]);
-        }
-        for i in (0..=n).filter(|i| self.dampers[*i] != 0.0) {
-            builder = builder.damper(name(i), name(i + 1), self.dampers[i]);
-        }
-        if self.follow != 1.0 {
-            for (kind, joins) in [
-                (MatrixKind::Stiffness, &self.springs),
-                (MatrixKind::Damping, &self.dampers),
-            ] {
-                let beyond = Mat::from_fn(n, n, |i, j| match j {
-                    j if j == i + 1 => joins[j] * (1.0 - self.follow),
-                    _ => 0.0,
-                });
-                builder = builder.matrix(kind, beyond.as_ref());
-            }
-        }
-        builder.build().unwrap()
+        let added = [None, beyond(&self.dampers), beyond(&self.springs)];
+        with_matrices(&self.masses, &joined(n, &self.springs), &dampers, added)
     }
 
     /// The shape at the root near one that is found, with the given component 1: the root by Newton's method on the
@@ -500,20 +483,10 @@ proptest! {
         if ends == 0 {
             springs[0] = 0.0;
         }
-        let name = |i: usize| format!("m{}", i % n);
-        let each = masses.iter().enumerate();
-        let mut builder = each.fold(SystemBuilder::default(), |b, (i, m)| b.mass(name(i), *m));
-        for (i, k) in springs.iter().enumerate().filter(|(_, k)| **k != 0.0) {
-            let from = if i == 0 { GROUND.to_owned() } else { name(i - 1) };
-            builder = builder.spring(from, name(i), *k);
-        }
-        for (i, c) in &dashpots {
-            builder = builder.damper(GROUND, name(*i), 10f64.powf(*c));
-        }
-        for (i, j, c) in cross.iter().filter(|(i, j, _)| i % n != j % n) {
-            builder = builder.damper(name(*i), name(*j), 10f64.powf(*c));
-        }
-        let system = builder.build().unwrap();
+        let held = dashpots.iter().map(|(i, c)| (0, i % n + 1, 10f64.powf(*c)));
+        let cross = cross.iter().filter(|(i, j, _)| i % n != j % n);
+        let cross = cross.map(|(i, j, c)| (i % n + 1, j % n + 1, 10f64.powf(*c)));
+        let system = network(&masses, &joined(n, &springs), &held.chain(cross).collect::<Vec<_>>());
         agree(&system)?;
     }
 

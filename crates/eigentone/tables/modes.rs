@@ -108,23 +108,17 @@ impl ModeTable {
     }
 
     pub(super) fn sheet(&self) -> Sheet {
-        let column = |key, head, latex, unit| Column {
-            key,
-            head,
-            latex,
-            unit,
-        };
         let columns = vec![
-            column("mode", "#", "\\#", ""),
-            column("motion", "motion", "motion", ""),
-            column("multiplicity", "multiplicity", "multiplicity", ""),
-            column("re", "Re λ", "$\\mathrm{Re}\\,\\lambda$", "1/s"),
-            column("im", "Im λ", "$\\mathrm{Im}\\,\\lambda$", "rad/s"),
-            column("natural_frequency", "ω_n", "$\\omega_n$", "rad/s"),
-            column("hertz", "f_n", "$f_n$", "Hz"),
-            column("damped_frequency", "ω_d", "$\\omega_d$", "rad/s"),
-            column("damping_ratio", "ζ", "$\\zeta$", ""),
-            column("decay_rate", "decay rate", "decay rate", "1/s"),
+            Column::of("mode", "#", "\\#", ""),
+            Column::of("motion", "motion", "motion", ""),
+            Column::of("multiplicity", "multiplicity", "multiplicity", ""),
+            Column::of("re", "Re λ", "$\\mathrm{Re}\\,\\lambda$", "1/s"),
+            Column::of("im", "Im λ", "$\\mathrm{Im}\\,\\lambda$", "rad/s"),
+            Column::of("natural_frequency", "ω_n", "$\\omega_n$", "rad/s"),
+            Column::of("hertz", "f_n", "$f_n$", "Hz"),
+            Column::of("damped_frequency", "ω_d", "$\\omega_d$", "rad/s"),
+            Column::of("damping_ratio", "ζ", "$\\zeta$", ""),
+            Column::of("decay_rate", "decay rate", "decay rate", "1/s"),
         ];
         let row = |(k, row): (usize, &ModeRow)| {
             vec![
@@ -148,17 +142,11 @@ impl ModeTable {
 
     /// The shapes that are determined: a row for each component.
     pub(super) fn shapes(&self) -> Sheet {
-        let column = |key, head, latex| Column {
-            key,
-            head,
-            latex,
-            unit: "",
-        };
         let columns = vec![
-            column("mode", "mode", "mode"),
-            column("coordinate", "coordinate", "coordinate"),
-            column("re", "Re x", "$\\mathrm{Re}\\,x$"),
-            column("im", "Im x", "$\\mathrm{Im}\\,x$"),
+            Column::of("mode", "mode", "mode", ""),
+            Column::of("coordinate", "coordinate", "coordinate", ""),
+            Column::of("re", "Re x", "$\\mathrm{Re}\\,x$", ""),
+            Column::of("im", "Im x", "$\\mathrm{Im}\\,x$", ""),
         ];
         let mut rows = Vec::new();
         for (k, row) in self.rows.iter().enumerate() {

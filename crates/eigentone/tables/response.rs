@@ -121,26 +121,20 @@ impl ResponseTable {
     }
 
     pub(super) fn sheet(&self) -> Sheet {
-        let column = |key, head, latex, unit| Column {
-            key,
-            head,
-            latex,
-            unit,
-        };
         // Where units differ, each row has its own.
         let mixed = self.kinds.iter().any(|kind| *kind != self.kinds[0]);
         let common = self.kinds.first().copied().filter(|_| !mixed);
         let of = |quantity| unit::motion(common, quantity);
         let (displacement, velocity) = (of(Quantity::Displacement), of(Quantity::Velocity));
         let mut columns = vec![
-            column("step", "k", "$k$", ""),
-            column("time", "t", "$t$", "s"),
-            column("coordinate", "coordinate", "coordinate", ""),
-            column("displacement", "displacement", "displacement", displacement),
-            column("velocity", "velocity", "velocity", velocity),
+            Column::of("step", "k", "$k$", ""),
+            Column::of("time", "t", "$t$", "s"),
+            Column::of("coordinate", "coordinate", "coordinate", ""),
+            Column::of("displacement", "displacement", "displacement", displacement),
+            Column::of("velocity", "velocity", "velocity", velocity),
         ];
         if mixed {
-            columns.insert(3, column("unit", "unit", "unit", ""));
+            columns.insert(3, Column::of("unit", "unit", "unit", ""));
         }
         let mut rows = Vec::new();
         for row in &self.rows {

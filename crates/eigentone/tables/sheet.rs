@@ -18,6 +18,22 @@ pub(super) struct Column {
     pub(super) unit: &'static str,
 }
 
+impl Column {
+    pub(super) fn of(
+        key: &'static str,
+        head: &'static str,
+        latex: &'static str,
+        unit: &'static str,
+    ) -> Column {
+        Column {
+            key,
+            head,
+            latex,
+            unit,
+        }
+    }
+}
+
 /// What stands in one place.
 #[derive(Clone, Debug)]
 pub(super) enum Cell {
@@ -179,16 +195,10 @@ mod tests {
     use super::*;
 
     fn sheet(name: &str) -> Sheet {
-        let column = |key, head, latex, unit| Column {
-            key,
-            head,
-            latex,
-            unit,
-        };
         Sheet {
             columns: vec![
-                column("coordinate", "coordinate", "coordinate", ""),
-                column("x", "x", "$x$", "m"),
+                Column::of("coordinate", "coordinate", "coordinate", ""),
+                Column::of("x", "x", "$x$", "m"),
             ],
             rows: vec![vec![Cell::Text(name.to_owned()), Cell::None]],
         }

@@ -53,21 +53,15 @@ impl FirstOrder {
             return FirstOrder::without_massless(system);
         }
         let massless = Massless::of_system(system);
-        let form = match massless.is_empty() {
-            true => (FirstOrder::without_massless(system), f64::EPSILON),
-            false => {
-                let unit = f64::EPSILON * f64::EPSILON;
-                (
-                    FirstOrder::eliminated::<DoubleDouble>(system, &massless),
-                    unit,
-                )
-            }
+        let (form, digits) = match massless.is_empty() {
+            true => (FirstOrder::without_massless(system), 1),
+            false => (FirstOrder::eliminated::<DoubleDouble>(system, &massless), 2),
         };
         let form = match form {
-            (Ok(form), unit) if form.keeps_masses(system, unit) => form,
-            (Ok(form), _) => FirstOrder::with_digits(system, &massless).unwrap_or(form),
-            (Err(FirstOrderError::SingularMass), _) => FirstOrder::with_digits(system, &massless)?,
-            (Err(error), _) => return Err(error),
+            Ok(form) if form.keeps_masses(system, f64::EPSILON.powi(digits)) => form,
+            Ok(form) => FirstOrder::with_digits(system, &massless).unwrap_or(form),
+            Err(FirstOrderError::SingularMass) => FirstOrder::with_digits(system, &massless)?,
+            Err(error) => return Err(error),
         };
         // Rounding may hide that a block is singular.
         let certain = massless.is_empty() && system.added(MatrixKind::Mass).is_none();

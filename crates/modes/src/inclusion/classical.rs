@@ -30,7 +30,6 @@ use super::gram::{Form, Gram, SLICES, UPWARD};
 use super::inert::Inert;
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::model::MatrixKind;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// Squares nearer to each other than this, relatively, leave too little of a shape's own digits to
@@ -41,16 +40,16 @@ const NEAR: f64 = 1e-18;
 /// approximately. `None` where no proof was reached.
 pub(crate) fn certify(
     system: &System,
-    structure: &Structure,
     shapes: Vec<Vec<f64>>,
     tolerance: f64,
 ) -> Option<Vec<Damped>> {
+    let structure = system.structure();
     // What massless nodes leave of K is not counted here.
     let applies = structure.is_classical() && structure.massless().is_empty();
     if !applies || structure.is_undamped() {
         return None;
     }
-    let squares = squares(system, structure, shapes, Goal::always(1e-27), tolerance)?;
+    let squares = squares(system, shapes, Goal::always(1e-27), tolerance)?;
     if squares.null > 0 {
         return None;
     }
@@ -505,6 +504,6 @@ mod tests {
             System::from_matrices(identity(6, 1.0).as_ref(), damping.as_ref(), chain.as_ref());
         let system = system.unwrap();
         let shapes = (0..6).map(|i| (0..6).map(|j| f64::from(u8::from(i == j))).collect());
-        assert!(certify(&system, system.structure(), shapes.collect(), 1e-15).is_none());
+        assert!(certify(&system, shapes.collect(), 1e-15).is_none());
     }
 }

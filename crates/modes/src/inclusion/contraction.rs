@@ -356,7 +356,7 @@ mod tests {
                 })
         });
         let start: Vec<Approximation<'_>> = both.collect();
-        Some(certify(system, system.structure(), &start, tolerance, 1e9)?.0)
+        Some(certify(system, &start, tolerance, 1e9)?.0)
     }
 
     /// det Q has the same roots, and adjugates the same shapes.
@@ -464,15 +464,8 @@ mod tests {
                 shape: mode.shape(),
             })
         };
-        let prove = |start: [[Approximation<'_>; 2]; 2]| {
-            certify(
-                &system,
-                system.structure(),
-                start.as_flattened(),
-                1e-15,
-                0.0,
-            )
-        };
+        let prove =
+            |start: [[Approximation<'_>; 2]; 2]| certify(&system, start.as_flattened(), 1e-15, 0.0);
         assert!(prove([of(0), of(1)]).is_some());
         assert!(prove([of(0), of(0)]).is_none());
     }

@@ -11,7 +11,6 @@ use eigentone_digits::{Cholesky, DoubleDouble};
 use faer::Mat;
 
 use super::gram::{Form, UPWARD};
-use crate::structure::Structure;
 use crate::system::System;
 
 /// Columns in double-double.
@@ -36,7 +35,8 @@ impl Inert {
 
     /// Of all coordinates that neither masses nor dampers move; `None` where the springs on them are not proved to be
     /// definite, or K is not symmetric.
-    pub(super) fn of(system: &System, structure: &Structure) -> Option<Inert> {
+    pub(super) fn of(system: &System) -> Option<Inert> {
+        let structure = system.structure();
         let damped = structure.damped_massless();
         let massless = structure.massless().iter();
         let massless: Vec<usize> = massless.filter(|i| !damped.contains(i)).copied().collect();

@@ -84,11 +84,11 @@ impl Approximation<'_> {
 /// reached.
 pub(crate) fn certify(
     system: &System,
-    structure: &Structure,
     approximations: &[Approximation<'_>],
     tolerance: f64,
     most_work: f64,
 ) -> Option<(Vec<Certified>, usize)> {
+    let structure = system.structure();
     let degree = structure.finite_roots()?;
     let zeros = structure.zero_roots()?;
     if approximations.len() != degree - zeros {
@@ -155,10 +155,10 @@ pub(crate) fn certify(
 /// The shapes at simple roots, each given within a bound; `None` where they are not proved to be one each.
 pub(crate) fn shapes_at(
     system: &System,
-    structure: &Structure,
     discs: &[(Complex<f64>, f64)],
     tolerance: f64,
 ) -> Vec<Option<Shapes>> {
+    let structure = system.structure();
     let sizes = discs.iter().map(|(value, _)| value.norm());
     let size = sizes.fold(0.0, f64::max);
     if !(size > 0.0 && size.is_finite()) {
@@ -187,11 +187,11 @@ pub(crate) fn shapes_at(
 }
 
 /// The shapes at λ = 0 of a system with det K = 0; `None` where K is not proved to annul one alone.
-pub(crate) fn at_rest(system: &System, structure: &Structure, tolerance: f64) -> Option<Shapes> {
+pub(crate) fn at_rest(system: &System, tolerance: f64) -> Option<Shapes> {
     let pencil = Pencil::of(system, false);
     let goal = shape::Goal {
         tolerance,
-        symmetric: structure.is_symmetric(),
+        symmetric: system.structure().is_symmetric(),
         roots: 1,
     };
     let kind = Kind {

@@ -12,23 +12,22 @@ use super::congruence::{Goal, squares};
 use super::exactly::real;
 use super::gram::UPWARD;
 use super::quadratic::{Damped, Modal, around, roots};
-use crate::structure::Structure;
 use crate::system::System;
 
 /// Proves a bound for every nonzero root of a system with such damping and no massless nodes,
 /// given the elastic shapes approximately. `None` where no proof was reached.
 pub(crate) fn certify(
     system: &System,
-    structure: &Structure,
     shapes: Vec<Vec<f64>>,
     tolerance: f64,
 ) -> Option<Vec<Damped>> {
+    let structure = system.structure();
     let (proportion, ratios) = structure.law()?;
     let (alpha, beta) = (known(proportion.of_mass), known(proportion.of_stiffness));
     let floating = structure.spring_floating();
     let drifts = proportion.of_mass == DoubleDouble::ZERO;
     // Of a lightly damped root the real part is small against the whole.
-    let squares = squares(system, structure, shapes, Goal::always(1e-27), tolerance)?;
+    let squares = squares(system, shapes, Goal::always(1e-27), tolerance)?;
     let rigid = floating.len() + squares.null;
     if structure.zero_roots() != Some(rigid * if drifts { 2 } else { 1 }) {
         return None;
@@ -125,12 +124,7 @@ mod tests {
         let modes = crate::ClassicalModes::of(system).unwrap().unwrap();
         let elastic = (0..system.len()).filter(|j| modes.stiffness()[*j] != 0.0);
         let shape = |j: usize| modes.shapes().col(j).iter().copied().collect();
-        certify(
-            system,
-            system.structure(),
-            elastic.map(shape).collect(),
-            2.0 * f64::EPSILON,
-        )
+        certify(system, elastic.map(shape).collect(), 2.0 * f64::EPSILON)
     }
 
     /// λ = −γ/2 ± √(γ²/4 − σ) for exact γ and σ, the first with Im ≥ 0.
@@ -245,6 +239,6 @@ mod tests {
     fn no_proof_without_proportion() {
         let system = network(&[1.0; 2], &[(0, 1, 1.0), (1, 2, 2.0)], &[(1, 2, 0.125)]);
         let shapes = vec![vec![1.0, 0.5], vec![0.5, -1.0]];
-        assert!(certify(&system, system.structure(), shapes, 1e-15).is_none());
+        assert!(certify(&system, shapes, 1e-15).is_none());
     }
 }

@@ -11,7 +11,6 @@ use num_complex::Complex;
 
 use super::congruence::{Precise, precise};
 use super::gram::Form;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// Columns in double-double.
@@ -37,11 +36,8 @@ pub(crate) struct Slow {
 impl Slow {
     /// Given the elastic shapes approximately; `None` where there are no such shapes, or they are not distinguished from others, and
     /// where C is not symmetric and K holds one so little that its roots are not distinguished from 0.
-    pub(crate) fn of(
-        system: &System,
-        structure: &Structure,
-        shapes: Vec<Vec<f64>>,
-    ) -> Option<Slow> {
+    pub(crate) fn of(system: &System, shapes: Vec<Vec<f64>>) -> Option<Slow> {
+        let structure = system.structure();
         /// Squares that are so small beside the largest, with a gap as wide as this above them, if they are few.
         const SMALL: f64 = 1e-11;
         const GAP: f64 = 1e3;
@@ -54,8 +50,8 @@ impl Slow {
         let undamped = (!is_symmetric || !structure.damped_massless().is_empty())
             .then(|| System::from(system.model().without_dampers()));
         let mut resisted = match &undamped {
-            Some(undamped) => precise(undamped, undamped.structure(), shapes)?,
-            None => precise(system, structure, shapes)?,
+            Some(undamped) => precise(undamped, shapes)?,
+            None => precise(system, shapes)?,
         };
         let mut free: Columns = Vec::new();
         while let Some(last) = resisted.pop_if(|last| last.square == 0.0) {

@@ -5,7 +5,6 @@ use eigentone_digits::DoubleDouble;
 
 use super::bounded_shape::Shape;
 use super::congruence::{Goal, squares};
-use crate::structure::Structure;
 use crate::system::System;
 
 /// One real root, and its shape.
@@ -22,11 +21,10 @@ pub(crate) struct Relaxing {
 /// approximately. `None` where no proof was reached, as for C ⋡ 0.
 pub(crate) fn certify(
     undamped: &System,
-    structure: &Structure,
     shapes: Vec<Vec<f64>>,
     tolerance: f64,
 ) -> Option<Vec<Relaxing>> {
-    let squares = squares(undamped, structure, shapes, Goal::always(1e-24), tolerance)?;
+    let squares = squares(undamped, shapes, Goal::always(1e-24), tolerance)?;
     let mut found = Vec::new();
     for group in squares.groups() {
         let value = squares.values[(group.start + group.end) / 2].to_f64();

@@ -12,7 +12,6 @@ use crate::inclusion::{
 };
 use crate::modes::{Bounds, Mode, Modes, Repeats};
 use crate::quality::real_forms::Entries;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::mode_solver::ModeSolver;
@@ -35,15 +34,14 @@ const MOST_WORK: f64 = 4e9;
 pub(crate) fn certified(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     modes: Modes,
     tolerance: f64,
 ) -> Modes {
+    let structure = system.structure();
     let n = system.len();
     let proof = proof(&Question {
         solver,
         system,
-        structure,
         modes: modes.as_slice(),
         tolerance,
     });
@@ -69,7 +67,7 @@ pub(crate) fn certified(
     // The proof excludes 0 from its discs; how many roots lie there is known exactly.
     let zeros = structure.zero_roots().unwrap_or(0);
     let shapes = || {
-        let floating = rigid::shapes(system, structure);
+        let floating = rigid::shapes(system);
         let at_zero = modes
             .iter()
             .filter(|mode| mode.eigenvalue().value.norm() == 0.0);
@@ -90,12 +88,12 @@ pub(crate) fn certified(
         };
         let open = |root: &&mut Root| root.repeats == Some(Repeats::SIMPLE) && wanted(root);
         let open = roots.iter_mut().filter(open).collect();
-        enclose_shapes(system, structure, open, tolerance);
+        enclose_shapes(system, open, tolerance);
     }
     if zeros > 0 {
         let mut still = rigid::roots(shapes(), zeros);
         if let [root] = still.as_mut_slice() {
-            enclose_at_rest(system, structure, root, tolerance);
+            enclose_at_rest(system, root, tolerance);
         }
         roots.extend(still);
     }
@@ -112,9 +110,9 @@ pub(crate) fn certified(
 pub(crate) fn from_guesses(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     tolerance: f64,
 ) -> Option<Modes> {
+    let structure = system.structure();
     let zeros = structure.zero_roots()?;
     let count = structure.finite_roots()? - zeros;
     if system.len() > LARGEST || count == 0 {
@@ -154,7 +152,7 @@ pub(crate) fn from_guesses(
             .to_owned();
     // What doubles hide in the matrices shapes show only at roots that are known far better.
     const CLOSE: f64 = 1e-24;
-    let modes = certified(solver, system, structure, guesses, tolerance.min(CLOSE));
+    let modes = certified(solver, system, guesses, tolerance.min(CLOSE));
     // Shapes that are not bounded are still those of guesses.
     let is_known =
         |mode: &Mode| mode.eigenvalue().value.norm() == 0.0 || mode.shape_bound().is_some();
@@ -163,11 +161,11 @@ pub(crate) fn from_guesses(
 }
 
 /// Bounds the shapes of simple roots that their proof left without, or with wide ones.
-fn enclose_shapes(system: &System, structure: &Structure, open: Vec<&mut Root>, tolerance: f64) {
+fn enclose_shapes(system: &System, open: Vec<&mut Root>, tolerance: f64) {
     let bound = |root: &Root| root.error.map_or(f64::INFINITY, |(bound, _)| bound);
     let discs: Vec<(Complex<f64>, f64)> =
         open.iter().map(|root| (root.value, bound(root))).collect();
-    let found = shapes_at(system, structure, &discs, tolerance);
+    let found = shapes_at(system, &discs, tolerance);
     for (root, shapes) in open.into_iter().zip(found) {
         if let Some(shapes) = shapes
             && shapes.right.looseness() < looseness(root)
@@ -178,12 +176,13 @@ fn enclose_shapes(system: &System, structure: &Structure, open: Vec<&mut Root>, 
 }
 
 /// Bounds the shape at λ = 0, where there is one alone.
-fn enclose_at_rest(system: &System, structure: &Structure, root: &mut Root, tolerance: f64) {
-    let moves_whole = matches!(structure.null_vectors().as_slice(), [vector] if vector.is_whole());
+fn enclose_at_rest(system: &System, root: &mut Root, tolerance: f64) {
+    let moves_whole =
+        matches!(system.structure().null_vectors().as_slice(), [vector] if vector.is_whole());
     // What proved the other roots at once found as many elastic shapes as leave one for λ = 0.
     let counted = system.len() > LARGEST && moves_whole;
     let found = (system.len() <= LARGEST)
-        .then(|| at_rest(system, structure, tolerance))
+        .then(|| at_rest(system, tolerance))
         .flatten();
     if moves_whole && (counted || found.is_some()) {
         root.shape_bound = Some(vec![0.0; system.len()]);
@@ -198,7 +197,6 @@ fn enclose_at_rest(system: &System, structure: &Structure, root: &mut Root, tole
 struct Question<'a> {
     solver: &'a dyn ModeSolver,
     system: &'a System,
-    structure: &'a Structure,
     modes: &'a [Mode],
     tolerance: f64,
 }
@@ -216,12 +214,12 @@ fn proof(question: &Question<'_>) -> Option<Proof> {
     };
     let mut best = by_real_shapes(question);
     // Where all shapes are real, pairs of them know no more.
-    let undamped = best.is_some() && question.structure.is_undamped();
+    let undamped = best.is_some() && question.system.structure().is_undamped();
     if n >= SMALLEST && is_open(&best) && !undamped {
         best = better(best, by_pairs(question));
     }
     // What damping by modes leaves open, such as a pair at a ratio of 1, the rounding of its matrix would decide.
-    let rounded = best.is_some() && question.structure.is_by_modes();
+    let rounded = best.is_some() && question.system.structure().is_by_modes();
     if n <= LARGEST && is_open(&best) && !rounded {
         let found = by_determinants(question, best.as_ref());
         best = better(best, found);
@@ -231,16 +229,9 @@ fn proof(question: &Question<'_>) -> Option<Proof> {
 
 /// By undamped shapes, or by those of λM + C without springs.
 fn by_real_shapes(question: &Question<'_>) -> Option<Proof> {
-    let Question {
-        solver,
-        system,
-        structure,
-        modes,
-        tolerance,
-    } = *question;
-    at_once(system, structure, modes, tolerance)
-        .or_else(|| without_springs(solver, system, structure, tolerance))
-        .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
+    at_once(question)
+        .or_else(|| without_springs(question))
+        .or_else(|| by_undamped_shapes(question))
 }
 
 /// By roots and shapes, as they are given, with the slow ones from a system of their own, or of damping taken to be classical,
@@ -248,18 +239,12 @@ fn by_real_shapes(question: &Question<'_>) -> Option<Proof> {
 fn by_pairs(question: &Question<'_>) -> Option<Proof> {
     /// Of the largest root: doubles hardly know smaller ones.
     const UNKNOWN: f64 = 1e-7;
-    let Question {
-        solver,
-        system,
-        structure,
-        modes,
-        tolerance,
-    } = *question;
-    let given = || paired(system, structure, modes, None, tolerance);
+    let (system, modes) = (question.system, question.modes);
+    let given = || paired(system, modes, None, question.tolerance);
     let with_slow = || {
-        let slow = slow(solver, system, structure)?;
-        let modes = with_slow_roots(solver, system, &slow, modes);
-        paired(system, structure, &modes, Some(&slow), tolerance)
+        let slow = slow(question.solver, system)?;
+        let modes = with_slow_roots(question.solver, system, &slow, modes);
+        paired(system, &modes, Some(&slow), question.tolerance)
     };
     let sizes = modes.iter().map(|mode| mode.eigenvalue().value.norm());
     let largest = sizes.clone().fold(0.0, f64::max);
@@ -270,26 +255,21 @@ fn by_pairs(question: &Question<'_>) -> Option<Proof> {
         given().or_else(with_slow)
     };
     found.or_else(|| {
-        let modes = uncoupled(solver, system, structure)?;
-        paired(system, structure, &modes, None, tolerance)
+        let modes = uncoupled(question.solver, system)?;
+        paired(system, &modes, None, question.tolerance)
     })
 }
 
 /// By discs about the roots that are proved already; where these are not isolated, about those given, those of damping
 /// taken to be classical, or those of each coordinate by itself.
 fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Proof> {
-    let Question {
-        solver,
-        system,
-        structure,
-        modes,
-        tolerance,
-    } = *question;
+    let (solver, system) = (question.solver, question.system);
+    let tolerance = question.tolerance;
     // Doubles know more of the roots in a wide disc than that they lie there.
     let is_vague = |root: &Root| root.repeats != Some(Repeats::SIMPLE) && width(root) > tolerance;
     let known = known.filter(|known| !known.roots.iter().any(is_vague));
     if let Some(known) = known {
-        return in_discs(system, structure, &known.roots, tolerance, MOST_WORK);
+        return in_discs(system, &known.roots, tolerance);
     }
     let about = |modes: &[Mode]| {
         let root = |mode: &Mode| Root {
@@ -301,26 +281,21 @@ fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Pro
             .iter()
             .filter(|mode| mode.eigenvalue().value.norm() > 0.0);
         let roots: Vec<Root> = moving.map(root).collect();
-        in_discs(system, structure, &roots, tolerance, MOST_WORK)
+        in_discs(system, &roots, tolerance)
     };
-    about(modes)
-        .or_else(|| about(&uncoupled(solver, system, structure)?))
+    about(question.modes)
+        .or_else(|| about(&uncoupled(solver, system)?))
         .or_else(|| about(collect(solver, system, lone_roots(system)).as_slice()))
 }
 
 /// Of an undamped system, by its shapes.
-fn at_once(
-    system: &System,
-    structure: &Structure,
-    modes: &[Mode],
-    tolerance: f64,
-) -> Option<Proof> {
+fn at_once(question: &Question<'_>) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
         repeats: Some(of_disc(mode.multiplicity)),
         error: Some((mode.bound, mode.real_bound)),
         ..with_shape(mode.value, mode.shape)
     };
-    let found = congruence::certify(system, structure, modes, tolerance)?;
+    let found = congruence::certify(question.system, question.modes, question.tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what K and M have off the diagonal in coordinates of the modes, computed with 32 digits".to_owned(),
@@ -329,16 +304,13 @@ fn at_once(
 }
 
 /// Of a classically damped system, by its undamped shapes.
-fn by_undamped_shapes(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-    tolerance: f64,
-) -> Option<Proof> {
+fn by_undamped_shapes(question: &Question<'_>) -> Option<Proof> {
+    let (system, tolerance) = (question.system, question.tolerance);
+    let structure = system.structure();
     if !structure.is_classical() || structure.is_undamped() {
         return None;
     }
-    let modes = classical::real_modes(solver, system, structure, Entries::Exact).ok()?;
+    let modes = classical::real_modes(question.solver, system, Entries::Exact).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes: Vec<Vec<f64>> = elastic.map(|mode| mode.shape).collect();
     let root = |found: Damped| Root {
@@ -352,13 +324,13 @@ fn by_undamped_shapes(
         claim: claim.to_owned(),
         shapes_may_gain: false,
     };
-    let in_proportion = rayleigh::certify(system, structure, shapes.clone(), tolerance).map(|found| {
+    let in_proportion = rayleigh::certify(system, shapes.clone(), tolerance).map(|found| {
         let claim = "what K and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits; \
                      the damping follows exactly";
         proof(found, claim)
     });
     in_proportion.or_else(|| {
-        let found = classically::certify(system, structure, shapes, tolerance)?;
+        let found = classically::certify(system, shapes, tolerance)?;
         let claim = "what K, C and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits";
         Some(proof(found, claim))
     })
@@ -366,15 +338,9 @@ fn by_undamped_shapes(
 
 /// Of a system without springs, by the shapes of the undamped one that has the dampers for springs:
 /// λ = −ω².
-fn without_springs(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-    tolerance: f64,
-) -> Option<Proof> {
-    let undamped = with_dampers_for_springs(system, structure)?;
-    let structure = undamped.structure();
-    let modes = classical::real_modes(solver, &undamped, structure, Entries::Exact).ok()?;
+fn without_springs(question: &Question<'_>) -> Option<Proof> {
+    let undamped = with_dampers_for_springs(question.system)?;
+    let modes = classical::real_modes(question.solver, &undamped, Entries::Exact).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes = elastic.map(|mode| mode.shape).collect();
     let root = |found: springless::Relaxing| Root {
@@ -382,7 +348,7 @@ fn without_springs(
         error: Some((found.bound, found.bound)),
         ..with_shape(Complex::from(found.value), found.shape)
     };
-    let found = springless::certify(&undamped, structure, shapes, tolerance)?;
+    let found = springless::certify(&undamped, shapes, question.tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
@@ -392,15 +358,9 @@ fn without_springs(
 }
 
 /// Of a system with a mass or a damper wherever it moves, by its roots and shapes.
-fn paired(
-    system: &System,
-    structure: &Structure,
-    modes: &[Mode],
-    slow: Option<&Slow>,
-    tolerance: f64,
-) -> Option<Proof> {
+fn paired(system: &System, modes: &[Mode], slow: Option<&Slow>, tolerance: f64) -> Option<Proof> {
     let mut roots = Vec::new();
-    for found in pairs::certify(system, structure, modes, slow, tolerance)? {
+    for found in pairs::certify(system, modes, slow, tolerance)? {
         let count = found.members.len();
         for member in found.members {
             let shape = || Shape {
@@ -430,14 +390,8 @@ fn paired(
 }
 
 /// Of any system, by discs about approximate roots, until those that are not within the tolerance yet are.
-fn in_discs(
-    system: &System,
-    structure: &Structure,
-    known: &[Root],
-    tolerance: f64,
-    most_work: f64,
-) -> Option<Proof> {
-    let (found, digits) = discs(system, structure, known, tolerance, most_work)?;
+fn in_discs(system: &System, known: &[Root], tolerance: f64) -> Option<Proof> {
+    let (found, digits) = discs(system, known, tolerance, MOST_WORK)?;
     Some(Proof {
         roots: found.into_iter().flat_map(|disc| disc.roots).collect(),
         claim: format!(
@@ -457,7 +411,6 @@ pub(super) struct InDisc {
 /// The same by discs, and the decimal digits that it took.
 pub(super) fn discs(
     system: &System,
-    structure: &Structure,
     known: &[Root],
     tolerance: f64,
     most_work: f64,
@@ -504,7 +457,7 @@ pub(super) fn discs(
             }
         }
     }
-    let (found, digits) = certify(system, structure, &approximations, tolerance, most_work)?;
+    let (found, digits) = certify(system, &approximations, tolerance, most_work)?;
     let each = found.into_iter().map(|certificate| {
         let members = certificate.members.iter();
         let mut owners: Vec<usize> = members.map(|member| owner[*member]).collect();
@@ -535,32 +488,32 @@ pub(super) fn discs(
 
 /// Modes as if C did not couple the undamped shapes: crude, but of the right size however stiff the
 /// system, where its state matrix has lost all digits.
-fn uncoupled(solver: &dyn ModeSolver, system: &System, structure: &Structure) -> Option<Vec<Mode>> {
-    if structure.is_undamped() {
+fn uncoupled(solver: &dyn ModeSolver, system: &System) -> Option<Vec<Mode>> {
+    if system.structure().is_undamped() {
         return None;
     }
-    let roots = classical::uncoupled_roots(solver, system, structure)?;
+    let roots = classical::uncoupled_roots(solver, system)?;
     Some(collect(solver, system, roots).as_slice().to_vec())
 }
 
 /// Shapes that K hardly resists, of a damped system with symmetric M and K.
-fn slow(solver: &dyn ModeSolver, system: &System, structure: &Structure) -> Option<Slow> {
+fn slow(solver: &dyn ModeSolver, system: &System) -> Option<Slow> {
+    let structure = system.structure();
     if structure.is_undamped() {
         return None;
     }
     let modes = if structure.is_symmetric() {
-        classical::real_modes(solver, system, structure, Entries::Exact)
+        classical::real_modes(solver, system, Entries::Exact)
     } else {
         let undamped = System::from(system.model().without_dampers());
-        let of_it = undamped.structure();
-        if !of_it.is_symmetric() {
+        if !undamped.structure().is_symmetric() {
             return None;
         }
-        classical::undamped_modes(solver, &undamped, of_it, Entries::Exact)
+        classical::undamped_modes(solver, &undamped, Entries::Exact)
     };
     let modes = modes.ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
-    Slow::of(system, structure, elastic.map(|mode| mode.shape).collect())
+    Slow::of(system, elastic.map(|mode| mode.shape).collect())
 }
 
 /// The same modes with the smallest roots as shapes that K hardly resists have them by themselves, where these are as

@@ -10,7 +10,6 @@ use super::springless::DamperFactor;
 use super::state_matrix::StateMatrix;
 use super::symmetric::Symmetric;
 use crate::modes::ModePlan;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// Every mode solver there is, in the order in which the plan prefers them.
@@ -48,10 +47,8 @@ pub fn solvers() -> &'static [&'static dyn ModeSolver] {
 }
 
 /// Picks the first solver that does not refuse and is not needless.
-pub(crate) fn plan(
-    system: &System,
-    structure: &Structure,
-) -> Result<(&'static dyn ModeSolver, ModePlan), ModesError> {
+pub(crate) fn plan(system: &System) -> Result<(&'static dyn ModeSolver, ModePlan), ModesError> {
+    let structure = system.structure();
     let mut left_out = Vec::new();
     let mut chosen: Option<&'static dyn ModeSolver> = None;
     for &solver in solvers() {

@@ -34,34 +34,29 @@ impl ModeSolver for Classical {
         if !structure.is_classical() {
             return Some(structure.why_not_classical().to_owned());
         }
-        spring_factor::refuses_springs(system)
-            .and_then(|_| symmetric::refuses_matrices(system, structure))
+        spring_factor::refuses_springs(system).and_then(|_| symmetric::refuses_matrices(system))
     }
 
     fn reason(&self) -> &'static str {
         "classically damped: damping leaves the undamped shapes as they are and couples none of them"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
-        admit(self, system, structure)?;
-        let roots = modal_roots(self, system, structure)?;
+    fn solve(&self, system: &System, _: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system)?;
+        let roots = modal_roots(self, system)?;
         Ok(collect(self, system, roots))
     }
 }
 
 /// The roots that each undamped shape has by itself; all there are where the damping is classical.
-fn modal_roots(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-) -> Result<Vec<Root>, ModesError> {
+fn modal_roots(solver: &dyn ModeSolver, system: &System) -> Result<Vec<Root>, ModesError> {
     let mut roots = Vec::new();
     let mut at_rest = Vec::new();
-    let mut all = modal_forms(solver, system, structure, Entries::Plain)?;
+    let mut all = modal_forms(solver, system, Entries::Plain)?;
     // How many motions at rest no damper holds is known; rounding leaves them the smallest c/m.
     let is_rigid = |mode: &&mut ModalForms| mode.rigid;
     let rigid = all.iter().filter(|mode| mode.rigid).count();
-    let zeros = structure.zero_roots().unwrap_or(rigid).max(rigid);
+    let zeros = system.structure().zero_roots().unwrap_or(rigid).max(rigid);
     let mut held: Vec<&mut ModalForms> = all.iter_mut().filter(is_rigid).collect();
     let rate = |mode: &ModalForms| (mode.forms.c / mode.forms.m).to_f64().abs();
     sort_by_number(&mut held, |mode| rate(mode));
@@ -147,19 +142,13 @@ fn complex(shape: &[f64]) -> Vec<Complex<f64>> {
 
 /// The roots that each undamped shape would have by itself, whatever the damping; `None` where
 /// there are no real shapes.
-pub(crate) fn uncoupled_roots(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-) -> Option<Vec<Root>> {
-    let refused = || {
-        spring_factor::refuses_springs(system)
-            .and_then(|_| symmetric::refuses_matrices(system, structure))
-    };
-    if !structure.massless().is_empty() || refused().is_some() {
+pub(crate) fn uncoupled_roots(solver: &dyn ModeSolver, system: &System) -> Option<Vec<Root>> {
+    let refused =
+        || spring_factor::refuses_springs(system).and_then(|_| symmetric::refuses_matrices(system));
+    if !system.structure().massless().is_empty() || refused().is_some() {
         return None;
     }
-    modal_roots(solver, system, structure).ok()
+    modal_roots(solver, system).ok()
 }
 
 /// The real shapes of an undamped or classically damped system with their modal masses, dampings
@@ -192,11 +181,11 @@ impl ClassicalModes {
         let structure = system.structure();
         let undamped = structure.is_undamped()
             && (spring_factor::refuses_springs(system).is_none()
-                || symmetric::refuses_matrices(system, structure).is_none());
+                || symmetric::refuses_matrices(system).is_none());
         if !undamped && Classical.refuses(system, structure).is_some() {
             return Ok(None);
         }
-        let forms = modal_forms(&Classical, system, structure, entries)?;
+        let forms = modal_forms(&Classical, system, entries)?;
         let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i]);
         let value = |pick: fn(&ModalForms) -> f64| forms.iter().map(pick).collect();
         let rates = forms.iter().map(|mode| {
@@ -261,18 +250,17 @@ struct ModalForms {
 pub(crate) fn undamped_modes(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
     match spring_factor::refuses_springs(system) {
         None => {
-            let modes = spring_factor::real_modes(solver, system, structure)?;
+            let modes = spring_factor::real_modes(solver, system)?;
             match entries {
-                Entries::Refined => symmetric::with_right_shapes(solver, system, structure, modes),
+                Entries::Refined => symmetric::with_right_shapes(solver, system, modes),
                 Entries::Plain | Entries::Exact => Ok(modes),
             }
         }
-        Some(_) => symmetric::real_modes(solver, system, structure, entries),
+        Some(_) => symmetric::real_modes(solver, system, entries),
     }
 }
 
@@ -281,10 +269,9 @@ pub(crate) fn undamped_modes(
 pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
-    let mut modes = undamped_modes(solver, system, structure, entries)?;
+    let mut modes = undamped_modes(solver, system, entries)?;
     separate(system, &mut modes, entries);
     Ok(modes)
 }
@@ -293,13 +280,12 @@ pub(crate) fn real_modes(
 fn modal_forms(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     entries: Entries,
 ) -> Result<Vec<ModalForms>, ModesError> {
-    if let Some(undamped) = springless::with_dampers_for_springs(system, structure) {
+    if let Some(undamped) = springless::with_dampers_for_springs(system) {
         return relaxing_forms(solver, system, &undamped, entries);
     }
-    let modes = real_modes(solver, system, structure, entries)?;
+    let modes = real_modes(solver, system, entries)?;
     // Where C or K all but annuls a shape, its form is what the shape's error makes of it: some roundings of each entry, squared.
     let slip = |kind: MatrixKind| {
         let mut sums = vec![0.0; system.len()];
@@ -348,7 +334,7 @@ fn relaxing_forms(
     undamped: &System,
     entries: Entries,
 ) -> Result<Vec<ModalForms>, ModesError> {
-    let modes = real_modes(solver, undamped, undamped.structure(), entries)?;
+    let modes = real_modes(solver, undamped, entries)?;
     let shapes = modes.iter().map(|mode| mode.shape.clone()).collect();
     let formed = unit_shapes(system, shapes, entries);
     let form = |(mode, (shape, mut forms)): (&RealMode, (Vec<f64>, RealForms))| {

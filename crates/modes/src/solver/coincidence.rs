@@ -8,7 +8,7 @@ use num_complex::Complex;
 
 use crate::model::MatrixKind;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, sort};
-use crate::structure::{DistinctRoots, Structure};
+use crate::structure::DistinctRoots;
 use crate::system::System;
 
 use super::cluster;
@@ -24,7 +24,7 @@ fn most_work(bounds: Bounds) -> u64 {
 }
 
 /// Decides which clusters of one part are one root.
-pub(crate) fn settle(system: &System, structure: &Structure, modes: &mut Modes) {
+pub(crate) fn settle(system: &System, modes: &mut Modes) {
     let groups = clusters(&modes.modes);
     if groups.is_empty() {
         return;
@@ -33,13 +33,13 @@ pub(crate) fn settle(system: &System, structure: &Structure, modes: &mut Modes) 
         return;
     };
     let proved = |roots: DistinctRoots<'_>| roots.are_at_most(count, most_work(modes.bounds));
-    if !DistinctRoots::of(&[structure]).is_some_and(proved) {
+    if !DistinctRoots::of(&[system.structure()]).is_some_and(proved) {
         return;
     }
     let mut each: Vec<Option<Mode>> = modes.modes.drain(..).map(Some).collect();
     for group in groups {
         let mut members: Vec<Mode> = group.iter().filter_map(|i| each[*i].take()).collect();
-        unite(system, structure, &mut members, modes.bounds);
+        unite(system, &mut members, modes.bounds);
         modes.modes.extend(members);
     }
     modes.modes.extend(each.into_iter().flatten());
@@ -85,7 +85,7 @@ fn places(modes: &[Mode], groups: &[Vec<usize>]) -> Option<usize> {
 }
 
 /// Makes the modes of a cluster those of one root.
-fn unite(system: &System, structure: &Structure, members: &mut Vec<Mode>, bounds: Bounds) {
+fn unite(system: &System, members: &mut Vec<Mode>, bounds: Bounds) {
     let all: Vec<usize> = (0..members.len()).collect();
     let count = match together(members, &all) {
         Repeats::Cluster(count) | Repeats::Exactly { count, .. } => count,
@@ -111,7 +111,7 @@ fn unite(system: &System, structure: &Structure, members: &mut Vec<Mode>, bounds
     if on_axis {
         root.value.im = 0.0;
     }
-    let defective = is_defective(system, structure, members, (root.value, count));
+    let defective = is_defective(system, members, (root.value, count));
     if defective == Some(true) {
         members.truncate(1);
     } else if defective == Some(false)
@@ -143,10 +143,10 @@ fn unite(system: &System, structure: &Structure, members: &mut Vec<Mode>, bounds
 /// Whether the root of this value and multiplicity has fewer shapes, where that is known.
 fn is_defective(
     system: &System,
-    structure: &Structure,
     members: &[Mode],
     (value, count): (Complex<f64>, usize),
 ) -> Option<bool> {
+    let structure = system.structure();
     // Where Q(λ) is proved to have rank n − 1 on the whole disc, its one shape is bounded.
     let has_one_shape = |mode: &Mode| mode.roots > 1 && mode.shape_bound.is_some();
     if system.len() == 1 || members.iter().any(has_one_shape) {

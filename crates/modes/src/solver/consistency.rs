@@ -15,12 +15,12 @@ use eigentone_digits::{Cholesky, Lu, product};
 use faer::{Mat, MatRef};
 
 use crate::modes::Modes;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// Whether Σ 1/(s − λ) agrees with tr(Q(s)⁻¹Q′(s)) within what the bounds of all roots allow: beside the smallest roots, and with
 /// dampers, where solvers may lose a root, beyond all.
-pub(super) fn holds(system: &System, structure: &Structure, modes: &Modes) -> bool {
+pub(super) fn holds(system: &System, modes: &Modes) -> bool {
+    let structure = system.structure();
     let sizes = modes.eigenvalues.iter().map(|root| root.value.norm());
     let sizes = sizes.filter(|size| *size > 0.0 && size.is_finite());
     let (least, most) = sizes.fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), size| {
@@ -192,7 +192,7 @@ mod tests {
         for (n, damped) in [(5, true), (40, true), (70, true), (70, false)] {
             let system = system(n, damped);
             let right = system.modes_to(Precision::Double).expect("modes");
-            assert!(holds(&system, system.structure(), &right));
+            assert!(holds(&system, &right));
             let changed = |change: &dyn Fn(&mut Modes)| {
                 let mut modes = right.clone();
                 change(&mut modes);
@@ -206,30 +206,21 @@ mod tests {
                     modes.modes[i].eigenvalue = modes.modes[from].eigenvalue;
                 });
                 assert!(
-                    !holds(&system, system.structure(), &twice),
+                    !holds(&system, &twice),
                     "{n}: {i} in place of its neighbour"
                 );
                 let off = changed(&|modes| modes.modes[i].eigenvalue.value *= 1.0 + 1e-6);
-                assert!(
-                    !holds(&system, system.structure(), &off),
-                    "{n}: {i} off by a millionth"
-                );
+                assert!(!holds(&system, &off), "{n}: {i} off by a millionth");
                 let missing = changed(&|modes| {
                     modes.modes.remove(i);
                 });
-                assert!(
-                    !holds(&system, system.structure(), &missing),
-                    "{n}: {i} missing"
-                );
+                assert!(!holds(&system, &missing), "{n}: {i} missing");
                 let doubtful = changed(&|modes| {
                     let root = &mut modes.modes[i].eigenvalue;
                     root.value *= 1.5;
                     (root.bound, root.real_bound) = (None, None);
                 });
-                assert!(
-                    holds(&system, system.structure(), &doubtful),
-                    "{n}: nothing is said of {i}"
-                );
+                assert!(holds(&system, &doubtful), "{n}: nothing is said of {i}");
             }
         }
     }

@@ -7,7 +7,6 @@
 use num_complex::Complex;
 
 use crate::modes::{Mode, Modes, listed, sort};
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::certified::{InDisc, discs};
@@ -17,12 +16,8 @@ use super::roots::{Root, collect};
 
 /// Gives roots whose estimates touch the bounds of discs; where none are found by some tenths of a second of work, they are
 /// doubtful. Estimates of real shapes hold beside others too, and for many coordinates it would take too long.
-pub(super) fn enclose(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-    found: &mut Modes,
-) {
+pub(super) fn enclose(solver: &dyn ModeSolver, system: &System, found: &mut Modes) {
+    let structure = system.structure();
     const TOLERANCE: f64 = 1e-9;
     const MOST_WORK: f64 = 2e7;
     let is_moving = |mode: &Mode| mode.eigenvalue.value != Complex::ZERO;
@@ -41,13 +36,7 @@ pub(super) fn enclose(
     let all = std::mem::take(&mut found.modes);
     let (mut moving, mut modes): (Vec<Mode>, Vec<Mode>) = all.into_iter().partition(is_moving);
     let open: Vec<bool> = moving.iter().map(is_crowded).collect();
-    match apart(
-        system,
-        structure,
-        &moving,
-        open.clone(),
-        [TOLERANCE, MOST_WORK],
-    ) {
+    match apart(system, &moving, open.clone(), [TOLERANCE, MOST_WORK]) {
         Some((better, replaced)) => {
             let mut replaced = replaced.into_iter();
             moving.retain(|_| !replaced.next().unwrap_or(false));
@@ -69,7 +58,6 @@ pub(super) fn enclose(
 /// not hold as many.
 fn apart(
     system: &System,
-    structure: &Structure,
     moving: &[Mode],
     mut open: Vec<bool>,
     [tolerance, most_work]: [f64; 2],
@@ -88,7 +76,7 @@ fn apart(
         ..Root::simple(mode.eigenvalue.value, mode.shape.clone())
     };
     let known: Vec<Root> = moving.iter().zip(&open).map(root).collect();
-    let (found, _) = discs(system, structure, &known, tolerance, most_work)?;
+    let (found, _) = discs(system, &known, tolerance, most_work)?;
     // An approximation may have roots in several discs: all of them take its place.
     let is_open = |open: &[bool], disc: &InDisc| disc.owners.iter().any(|i| open[*i]);
     while let Some(disc) = found

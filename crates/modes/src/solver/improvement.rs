@@ -28,7 +28,7 @@ const SEARCHES: [(Search, f64); 2] = [
 
 /// Improves simple roots by their Rayleigh functional and replaces groups that belong to one
 /// defective root by their mean; keeps the half with Im ≥ 0.
-pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root>) -> Vec<Root> {
+pub(crate) fn refine(system: &System, mut found: Vec<Root>) -> Vec<Root> {
     let pencil = Pencil::of(system);
     let states = found.len() as f64;
     let firsts = first_order(&pencil, &found, states);
@@ -97,14 +97,7 @@ pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root
     }
     let reaches: Vec<f64> = alone.iter().map(|i| radii[*i]).collect();
     let taken = alone.iter().map(|i| found[*i].take());
-    let mut better = improved(
-        system,
-        structure,
-        &pencil,
-        taken.collect(),
-        &values,
-        &reaches,
-    );
+    let mut better = improved(system, &pencil, taken.collect(), &values, &reaches);
     // Of few coordinates discs tell more.
     for (root, i) in better.iter_mut().zip(alone) {
         if system.len() > FEW && crowd[i] > 0.0 {
@@ -118,21 +111,9 @@ pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root
 }
 
 /// Improves roots that are known to be simple, given with Im ≥ 0 and how far off each may be.
-pub(crate) fn refine_simple(
-    system: &System,
-    structure: &Structure,
-    found: Vec<Root>,
-    radii: &[f64],
-) -> Vec<Root> {
+pub(crate) fn refine_simple(system: &System, found: Vec<Root>, radii: &[f64]) -> Vec<Root> {
     let values: Vec<Complex<f64>> = found.iter().map(|root| root.value).collect();
-    improved(
-        system,
-        structure,
-        &Pencil::of(system),
-        found,
-        &values,
-        radii,
-    )
+    improved(system, &Pencil::of(system), found, &values, radii)
 }
 
 /// The radius about the mean of a group within which its roots stay when the product of all z − z_j changes by as much as moves
@@ -205,7 +186,6 @@ fn collinearity(a: &Root, b: &Root) -> f64 {
 /// found, and how far off each of its own may be.
 fn improved(
     system: &System,
-    structure: &Structure,
     pencil: &Pencil,
     mut roots: Vec<Root>,
     found: &[Complex<f64>],
@@ -224,7 +204,7 @@ fn improved(
     let error = |root: &Root| root.quality.map_or(f64::INFINITY, |q| q.backward_error);
     let doubt = |root: &Root| root.quality.map_or(f64::INFINITY, |q| q.first_order());
     let starts: Vec<Complex<f64>> = roots.iter().map(|root| root.value).collect();
-    move_all(system, structure, &mut roots, radii);
+    move_all(system, &mut roots, radii);
     rated(&mut roots);
     let vague = covered(&roots);
     let is_doubtful =
@@ -269,7 +249,7 @@ fn improved(
                     ..root.clone()
                 };
                 let mut again = [again];
-                move_all(system, structure, &mut again, &[reach(i)]);
+                move_all(system, &mut again, &[reach(i)]);
                 rated(&mut again);
                 let [again] = again;
                 let near = (again.value - starts[i]).norm() <= reach(i);
@@ -364,7 +344,7 @@ fn apart(roots: &mut [Root], before: Vec<Root>) {
 
 /// Moves roots to those of the Rayleigh functionals of their shapes. Those of a lightly damped mode are turned to be
 /// nearly real: rounding then is small against the imaginary parts, and so against Re λ.
-fn move_all(system: &System, structure: &Structure, roots: &mut [Root], radii: &[f64]) {
+fn move_all(system: &System, roots: &mut [Root], radii: &[f64]) {
     for root in roots.iter_mut().filter(|root| root.left.is_none()) {
         let sum: Complex<f64> = root.shape.iter().map(|x| x * x).sum();
         let turn = (sum.conj() / sum.norm()).sqrt();
@@ -391,7 +371,7 @@ fn move_all(system: &System, structure: &Structure, roots: &mut [Root], radii: &
         each.map(|(forms, root)| forms.root(root.value)).collect()
     };
     for ((root, near), radius) in roots.iter_mut().zip(near).zip(radii) {
-        root.value = admitted(structure, root.value, near, *radius);
+        root.value = admitted(system.structure(), root.value, near, *radius);
     }
 }
 

@@ -62,9 +62,9 @@ impl ModeSolver for LowRank {
     }
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
-        admit(self, system, structure)?;
+        admit(self, system)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
-        let modes = classical::real_modes(self, system, structure, Entries::Plain)?;
+        let modes = classical::real_modes(self, system, Entries::Plain)?;
         let modes = modes.into_iter().map(RealMode::mass_normalised).collect();
         let (apart, modes) = set_apart(modes, undamped);
         let positive = modes.iter().all(|mode| mode.square > 0.0 && !mode.rigid);
@@ -86,7 +86,7 @@ impl ModeSolver for LowRank {
         let simple = found.iter().zip(shapes);
         let simple = simple.map(|(root, shape)| Root::simple(root.value, shape));
         let radii: Vec<f64> = found.iter().map(|root| root.radius).collect();
-        let mut roots = refine_simple(system, structure, simple.collect(), &radii);
+        let mut roots = refine_simple(system, simple.collect(), &radii);
         roots.extend(undamped_roots(apart));
         Ok(collect(self, system, roots))
     }

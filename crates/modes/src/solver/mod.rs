@@ -92,28 +92,28 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         let modes = Shifted.solve(system, structure);
         modes.map(|modes| (&Shifted as &'static dyn ModeSolver, modes))
     } else {
-        in_doubles(system, structure)
+        in_doubles(system)
     };
     let (mut solver, mut answer) = match (solved, precision) {
         (Ok((solver, modes)), Precision::Certified { tolerance }) => {
-            let answer = certified::certified(solver, system, structure, modes, tolerance);
+            let answer = certified::certified(solver, system, modes, tolerance);
             (solver, answer)
         }
         (Err(error), Precision::Certified { tolerance }) => {
-            let found = certified::from_guesses(&Shifted, system, structure, tolerance);
+            let found = certified::from_guesses(&Shifted, system, tolerance);
             (&Shifted as &dyn ModeSolver, found.ok_or(error)?)
         }
         // What hides in doubles may show with more digits.
         (Err(ModesError::FirstOrder(_)), Precision::Double) => return Err(ModesError::Hidden),
         (solved, Precision::Double) => solved?,
     };
-    if answer.bounds() == Bounds::Estimated && !consistency::holds(system, structure, &answer) {
-        (solver, answer) = consistent(system, structure, solver, answer);
+    if answer.bounds() == Bounds::Estimated && !consistency::holds(system, &answer) {
+        (solver, answer) = consistent(system, solver, answer);
     }
     if answer.bounds() == Bounds::Estimated {
-        crowded::enclose(solver, system, structure, &mut answer);
+        crowded::enclose(solver, system, &mut answer);
     }
-    coincidence::settle(system, structure, &mut answer);
+    coincidence::settle(system, &mut answer);
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.
     if !is_whole(structure, &answer) {
         return Err(ModesError::OutOfRange {
@@ -125,12 +125,10 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
 
 /// By the solver that the plan picks; where rounding left it without an answer, or with modes that do not solve the
 /// equation and that it cannot vouch for, by the first of the others that does better.
-fn in_doubles(
-    system: &System,
-    structure: &Structure,
-) -> Result<(&'static dyn ModeSolver, Modes), ModesError> {
+fn in_doubles(system: &System) -> Result<(&'static dyn ModeSolver, Modes), ModesError> {
+    let structure = system.structure();
     const VISIBLE: f64 = 1e-6;
-    let (first, plan) = match plan(system, structure) {
+    let (first, plan) = match plan(system) {
         Ok((solver, plan)) => (solver, plan),
         // Doubles hide what determines the motion of massless nodes, but not that it is determined.
         Err(_) if Shifted.refuses(system, structure).is_none() => {
@@ -169,10 +167,10 @@ fn in_doubles(
 /// Instead of roots that are not those of the system together: what another solver finds, if those are, or the same as doubtful.
 fn consistent(
     system: &System,
-    structure: &Structure,
     first: &'static dyn ModeSolver,
     mut found: Modes,
 ) -> (&'static dyn ModeSolver, Modes) {
+    let structure = system.structure();
     const REASON: &str = "its roots do not sum up to those of M, C and K";
     for other in solvers().iter().copied() {
         if other.name() == found.plan.solver || other.refuses(system, structure).is_some() {
@@ -181,7 +179,7 @@ fn consistent(
         let better = other.solve(system, structure);
         if largest_doubt(structure, &better).is_finite()
             && let Ok(modes) = better
-            && consistency::holds(system, structure, &modes)
+            && consistency::holds(system, &modes)
         {
             return (
                 other,

@@ -50,13 +50,9 @@ pub fn dense_gigabytes(coordinates: usize) -> f64 {
 }
 
 /// Refuses with the solver's own reason.
-pub(super) fn admit(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-) -> Result<(), ModesError> {
+pub(super) fn admit(solver: &dyn ModeSolver, system: &System) -> Result<(), ModesError> {
     admit_size(system)?;
-    match solver.refuses(system, structure) {
+    match solver.refuses(system, system.structure()) {
         Some(reason) => Err(ModesError::Refused {
             method: solver.name(),
             reason,

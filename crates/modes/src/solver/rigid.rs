@@ -5,7 +5,6 @@ use faer::MatRef;
 use num_complex::Complex;
 
 use crate::modes::Repeats;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::{Root, normalised};
@@ -71,7 +70,8 @@ fn out_of_phase(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
 
 /// The shapes that no spring resists: exact ones, such as those of parts that move as a whole; where these are not all, an
 /// orthonormal basis of them.
-pub(crate) fn shapes(system: &System, structure: &Structure) -> Vec<Vec<Complex<f64>>> {
+pub(crate) fn shapes(system: &System) -> Vec<Vec<Complex<f64>>> {
+    let structure = system.structure();
     let exact = structure.null_vectors();
     match structure.rigid_motions_counted() {
         Some(count) if count > exact.len() => {

@@ -63,13 +63,13 @@ impl ModeSolver for Shifted {
             return Err(error.unwrap_or(FirstOrderError::SingularMass).into());
         };
         let (mut found, shift) = if finite > zeros {
-            approximate(self, system, structure, finite)?
+            approximate(self, system, finite)?
         } else {
             (Vec::new(), 0.0)
         };
         let mut roots = Vec::new();
         if zeros > 0 {
-            let mut at_rest = rigid::shapes(system, structure);
+            let mut at_rest = rigid::shapes(system);
             if at_rest.is_empty() {
                 let one = null_vectors(system.stiffness_matrix().as_ref(), 1);
                 at_rest = one.ok_or(failed(self))?;
@@ -81,7 +81,7 @@ impl ModeSolver for Shifted {
             for root in &mut found {
                 unhide(system, root, shift);
             }
-            roots.extend(refine(system, structure, found));
+            roots.extend(refine(system, found));
         }
         let mut modes = collect(self, system, roots);
         modes.plan.reason = self.reason().to_owned();
@@ -123,7 +123,6 @@ fn unhide(system: &System, root: &mut Root, shift: f64) {
 fn approximate(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     finite: usize,
 ) -> Result<(Vec<Root>, f64), ModesError> {
     let matrices = [
@@ -142,7 +141,7 @@ fn approximate(
         [Some(at(&matrices, shift)), Some(slope), Some(m.clone())],
     );
     let form = FirstOrder::of(&inverted)?;
-    let left = (!structure.is_symmetric()).then(|| form.b());
+    let left = (!system.structure().is_symmetric()).then(|| form.b());
     let mut found = state_matrix::eigen(solver, form.a(), form.x(), &|_, z| z, left)?;
     nearest_apart(&mut found, (2 * system.len()).saturating_sub(finite));
     // What is 0 all the same is farther out than any other.

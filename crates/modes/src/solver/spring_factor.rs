@@ -54,9 +54,9 @@ impl ModeSolver for SpringFactor {
         "undamped, built of positive springs and lumped masses: singular values of the springs' own factor, to the last digits however stiff"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
-        admit(self, system, structure)?;
-        let modes = real_modes(self, system, structure)?;
+    fn solve(&self, system: &System, _: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system)?;
+        let modes = real_modes(self, system)?;
         Ok(collect(self, system, undamped_roots(modes)))
     }
 }
@@ -107,8 +107,8 @@ pub(crate) fn undamped_roots(modes: Vec<RealMode>) -> Vec<Root> {
 pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
 ) -> Result<Vec<RealMode>, ModesError> {
+    let structure = system.structure();
     let n = system.len();
     let network = Condensed::of(system);
     let massive = &network.massive;

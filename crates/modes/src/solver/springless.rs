@@ -45,9 +45,9 @@ impl ModeSolver for DamperFactor {
     }
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
-        admit(self, system, structure)?;
+        admit(self, system)?;
         let undamped = turned(system);
-        let modes = spring_factor::real_modes(self, &undamped, undamped.structure())?;
+        let modes = spring_factor::real_modes(self, &undamped)?;
         let elastic = modes.into_iter().filter(|mode| !mode.rigid);
         let relaxing = elastic.map(|mode| {
             let error = mode.square_error() * mode.square;
@@ -72,7 +72,8 @@ impl ModeSolver for DamperFactor {
 
 /// The undamped system with the dampers for springs; `None` where there are springs or no dampers,
 /// or M ≻ 0 and the symmetry of C are not proved.
-pub(crate) fn with_dampers_for_springs(system: &System, structure: &Structure) -> Option<System> {
+pub(crate) fn with_dampers_for_springs(system: &System) -> Option<System> {
+    let structure = system.structure();
     let applies = has_no_springs(system) && !structure.is_undamped() && structure.is_classical();
     applies.then(|| turned(system))
 }
@@ -165,10 +166,8 @@ mod tests {
         sort_by_number(&mut rates, |rate| rate[1]);
         for ([stiffness, damping], known) in rates.into_iter().zip(EIGENVALUES) {
             assert_eq!(stiffness, 0.0);
-            assert!(
-                (damping - known).abs() <= 1e-14 * known,
-                "{damping} {known}"
-            );
+            let off = (damping - known).abs();
+            assert!(off <= 1e-14 * known, "{damping} {known}");
         }
     }
 }

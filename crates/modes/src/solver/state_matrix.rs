@@ -39,21 +39,21 @@ impl ModeSolver for StateMatrix {
     }
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
-        admit(self, system, structure)?;
+        admit(self, system)?;
         let form = FirstOrder::of(system)?;
         let left = (!structure.is_symmetric()).then(|| form.b());
         let mut found = eigen(self, form.a(), form.x(), &|_, z| z, left)?;
         let mut roots = Vec::new();
         if let Some(zeros) = structure.zero_roots().filter(|zeros| *zeros > 0) {
             let removed = rigid::removed(&mut found, zeros);
-            let mut shapes = rigid::shapes(system, structure);
+            let mut shapes = rigid::shapes(system);
             if shapes.is_empty() {
                 shapes = removed.into_iter().map(|root| root.shape).collect();
                 shapes.truncate(1);
             }
             roots.extend(rigid::roots(shapes, zeros));
         }
-        roots.extend(refine(system, structure, found));
+        roots.extend(refine(system, found));
         Ok(collect(self, system, roots))
     }
 }

@@ -44,22 +44,23 @@ impl ModeSolver for Symmetric {
         if !structure.is_undamped() {
             return Some("there is damping".to_owned());
         }
-        refuses_matrices(system, structure)
+        refuses_matrices(system)
     }
 
     fn reason(&self) -> &'static str {
         "undamped, with symmetric M and K"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
-        admit(self, system, structure)?;
-        let modes = real_modes(self, system, structure, Entries::Plain)?;
+    fn solve(&self, system: &System, _: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system)?;
+        let modes = real_modes(self, system, Entries::Plain)?;
         Ok(collect(self, system, undamped_roots(modes)))
     }
 }
 
 /// Why M and K do not fit a symmetric eigenproblem, damping apart.
-pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option<String> {
+pub(crate) fn refuses_matrices(system: &System) -> Option<String> {
+    let structure = system.structure();
     if !structure.is_symmetric() {
         return Some("a matrix is not symmetric".to_owned());
     }
@@ -69,14 +70,14 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
     if !structure.massless().is_empty() && FirstOrder::of(system).is_err() {
         return Some("the mass matrix is singular".to_owned());
     }
-    let massive = massive_block(system.mass_matrix(), structure);
+    let massive = massive_block(system);
     let definite = Cholesky::of(massive.as_ref()).is_some() || many_digits::has_modes(system);
     (!definite).then(|| "the mass matrix is not positive definite".to_owned())
 }
 
 /// M without the coordinates that have no mass.
-fn massive_block(mass: Mat<f64>, structure: &Structure) -> Mat<f64> {
-    let massless = structure.massless();
+fn massive_block(system: &System) -> Mat<f64> {
+    let (mass, massless) = (system.mass_matrix(), system.structure().massless());
     if massless.is_empty() {
         return mass;
     }
@@ -91,9 +92,9 @@ fn massive_block(mass: Mat<f64>, structure: &Structure) -> Mat<f64> {
 pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
+    let structure = system.structure();
     let rigid = match structure.zero_roots() {
         Some(0) => 0,
         zeros => structure
@@ -102,7 +103,7 @@ pub(crate) fn real_modes(
     };
     let found = match lumped(system) {
         Some(masses) => lumped_modes(solver, system, &masses),
-        None => assembled_modes(solver, system, structure),
+        None => assembled_modes(solver, system),
     };
     let Pairs {
         squares,
@@ -133,7 +134,7 @@ pub(crate) fn real_modes(
     let mut known = false;
     if entries == Entries::Refined || elastic().any(|(_, error, _)| *error > LOST) {
         let shapes = elastic().map(|(.., shape)| shape.clone()).collect();
-        if let Some(refined) = refined_shapes(system, structure, shapes, entries) {
+        if let Some(refined) = refined_shapes(system, shapes, entries) {
             (known, entries) = (true, Entries::Exact);
             found = refined;
         } else if let Some(modes) = with_digits(solver, system, rigid, entries) {
@@ -219,7 +220,6 @@ pub(crate) fn real_modes(
 /// modes. Shapes that are to be right are, where they are given.
 fn refined_shapes(
     system: &System,
-    structure: &Structure,
     elastic: Vec<Vec<f64>>,
     entries: Entries,
 ) -> Option<Vec<(f64, f64, Vec<f64>)>> {
@@ -228,7 +228,7 @@ fn refined_shapes(
     const EQUAL: f64 = 1e-24;
     let wanted = entries == Entries::Refined;
     let goal = if wanted { 1e-27 } else { 1e-14 };
-    let mut found = congruence::refined(system, structure, elastic, goal)?;
+    let mut found = congruence::refined(system, elastic, goal)?;
     sort_by_number(&mut found, |pair| pair.0.abs());
     // Of squares that are equal in far more digits than doubles have any shapes serve.
     let is_apart = |pair: &[(f64, f64, Vec<f64>)]| {
@@ -245,14 +245,13 @@ fn refined_shapes(
 pub(super) fn with_right_shapes(
     solver: &dyn ModeSolver,
     system: &System,
-    structure: &Structure,
     modes: Vec<RealMode>,
 ) -> Result<Vec<RealMode>, ModesError> {
     let (mut rigid, elastic): (Vec<RealMode>, Vec<RealMode>) =
         modes.into_iter().partition(|mode| mode.rigid);
     let count = rigid.len();
     let shapes = elastic.into_iter().map(|mode| mode.shape).collect();
-    let Some(mut found) = refined_shapes(system, structure, shapes, Entries::Refined) else {
+    let Some(mut found) = refined_shapes(system, shapes, Entries::Refined) else {
         let method = solver.name();
         return with_digits(solver, system, count, Entries::Refined)
             .unwrap_or(Err(ModesError::OutOfRange { method }));
@@ -397,13 +396,9 @@ fn lumped_modes(
 }
 
 /// Of L⁻¹KL⁻ᵀ, K without the coordinates that have no mass.
-fn assembled_modes(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-) -> Result<Pairs, ModesError> {
-    let massless = !structure.massless().is_empty();
-    let mut mass = massive_block(system.mass_matrix(), structure);
+fn assembled_modes(solver: &dyn ModeSolver, system: &System) -> Result<Pairs, ModesError> {
+    let massless = !system.structure().massless().is_empty();
+    let mut mass = massive_block(system);
     let nf = mass.nrows();
     // Units in which every mass on the diagonal is about 1, so that rotations beside translations cost no digits.
     let unit = |i: usize| match mass[(i, i)] {

@@ -7,7 +7,7 @@
 //! comes out of it as a part whose last node has no spring left.
 
 use eigentone_digits::{Lu, svd};
-use eigentone_modes::{MatrixKind, Structure, System};
+use eigentone_modes::{MatrixKind, System};
 use faer::Mat;
 
 /// The motions that K does not resist.
@@ -23,8 +23,8 @@ impl Floating {
     /// The parts of the proved structure; where `rigid` says that there are some, and these are not all, the singular
     /// vectors of K of the smallest singular values: as many as are proved, or where that is not proved as
     /// have rounding errors for values.
-    pub(crate) fn of(system: &System, structure: &Structure, rigid: bool) -> Floating {
-        let n = system.len();
+    pub(crate) fn of(system: &System, rigid: bool) -> Floating {
+        let (n, structure) = (system.len(), system.structure());
         let parts = structure.spring_floating();
         let counted = match rigid {
             true => structure.rigid_motions_counted(),
@@ -93,11 +93,10 @@ pub(crate) fn equilibrium_rounding(
 /// there: what decays towards it then keeps its digits. `None` where K is not proved to be regular, and
 /// where nothing acts.
 pub(crate) fn rest(system: &System, force: &[f64]) -> Option<Vec<f64>> {
-    let structure = system.structure();
-    if force.iter().all(|force| *force == 0.0) || structure.zero_roots() != Some(0) {
+    if force.iter().all(|force| *force == 0.0) || system.structure().zero_roots() != Some(0) {
         return None;
     }
-    let nothing = Floating::of(system, structure, false);
+    let nothing = Floating::of(system, false);
     let rest = equilibrium(system, &nothing, force);
     rest.iter().all(|x| x.is_finite()).then_some(rest)
 }
@@ -174,7 +173,7 @@ mod tests {
     use eigentone_modes::GROUND;
 
     fn rest(system: &System, force: &[f64]) -> Vec<f64> {
-        let floating = Floating::of(system, system.structure(), true);
+        let floating = Floating::of(system, true);
         equilibrium(system, &floating, force)
     }
 
@@ -235,7 +234,7 @@ mod tests {
             .expect("a system");
         let x = rest(&system, &[-10.0, 10.0]);
         assert_eq!(x[1] - x[0], 2.0);
-        let free = Floating::of(&system, system.structure(), true);
+        let free = Floating::of(&system, true);
         assert_eq!(free.right.ncols(), 1);
     }
 
@@ -250,7 +249,7 @@ mod tests {
             .matrix(MatrixKind::Stiffness, stiffness.as_ref())
             .build()
             .expect("a system");
-        let free = Floating::of(&system, system.structure(), true);
+        let free = Floating::of(&system, true);
         for shapes in [&free.right, &free.left] {
             assert_eq!(shapes.ncols(), 1);
             assert!((shapes[(0, 0)] - 2.0 * shapes[(1, 0)]).abs() < 1e-15);
@@ -258,7 +257,7 @@ mod tests {
         let x = equilibrium(&system, &free, &[-10.0, 20.0]);
         assert!((x[0] - 2.0 * x[1] + 2.0).abs() < 1e-14);
         // What is held has nothing that floats.
-        let free = Floating::of(&system, system.structure(), false);
+        let free = Floating::of(&system, false);
         assert_eq!((free.right.ncols(), free.left.ncols()), (0, 0));
     }
 }

@@ -255,7 +255,7 @@ fn swings(
     }
     let n = system.len();
     let mut swings = Vec::new();
-    if let Some(parts) = Parts::of(system, system.structure(), &moving, state, loads) {
+    if let Some(parts) = Parts::of(system, &moving, state, loads) {
         let count = moving.len();
         let inverse = Lu::of(parts.gram.as_ref()).solve(Mat::identity(count, count));
         let weight = |k: usize| parts.sizes[k].sqrt();

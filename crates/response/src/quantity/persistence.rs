@@ -5,7 +5,7 @@
 //! 3). So c = yᵀ((λM + C)x + Mv) obeys c′ = λc + yᵀf by itself, whatever else moves.
 
 use eigentone_digits::{DoubleDouble, Lu, svd};
-use eigentone_modes::{Mode, Modes, Motion, Structure, System};
+use eigentone_modes::{Mode, Modes, Motion, System};
 use faer::{Mat, MatRef, c64};
 
 use crate::problem::{Harmonic, Instant, Problem, reduced_angle};
@@ -62,7 +62,6 @@ impl Persistence {
     /// act.
     pub(crate) fn of(
         system: &System,
-        structure: &Structure,
         modes: &Modes,
         (x, v): (&[f64], &[f64]),
         loads: &Sustained,
@@ -76,7 +75,7 @@ impl Persistence {
             .iter()
             .filter(|mode| is_steady(mode) || mode.motion() == Motion::Growing)
             .collect();
-        persistence.add_modes(system, structure, &lasting, (x, v), loads);
+        persistence.add_modes(system, &lasting, (x, v), loads);
         persistence.add_sinusoids(system, loads);
         persistence
     }
@@ -84,12 +83,11 @@ impl Persistence {
     fn add_modes(
         &mut self,
         system: &System,
-        structure: &Structure,
         lasting: &[&Mode],
         (x, v): (&[f64], &[f64]),
         loads: &Sustained,
     ) {
-        let Some(parts) = Parts::of(system, structure, lasting, (x, v), loads) else {
+        let Some(parts) = Parts::of(system, lasting, (x, v), loads) else {
             return;
         };
         let amplitudes = Lu::of(parts.gram.as_ref()).solve(parts.free);
@@ -137,7 +135,6 @@ impl Parts {
     /// Those that modes other than rigid ones have in the motion through `x` and `v` while `loads` act. `None` without modes.
     pub(super) fn of(
         system: &System,
-        structure: &Structure,
         modes: &[&Mode],
         (x, v): (&[f64], &[f64]),
         loads: &Sustained,
@@ -149,7 +146,7 @@ impl Parts {
         let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
         let roots: Vec<c64> = modes.iter().map(|mode| mode.eigenvalue().value).collect();
         let right = Mat::from_fn(n, count, |i, k| modes[k].shape()[i]);
-        let left = if structure.is_symmetric() {
+        let left = if system.structure().is_symmetric() {
             right.clone()
         } else {
             let left: Vec<Vec<c64>> = modes.iter().map(|mode| left_shape(system, mode)).collect();

@@ -156,11 +156,10 @@ impl Summary {
             None => (Cow::Borrowed(problem), last.clone()),
         };
         let now = sustained(&lasting_problem, late.time);
-        let structure = system.structure();
         let rigid = modes.iter().any(|mode| mode.motion() == Motion::Rigid);
-        let floating = Floating::of(system, structure, rigid);
+        let floating = Floating::of(system, rigid);
         let state = (late.x.as_slice(), late.v.as_slice());
-        let persistence = Persistence::of(system, structure, modes, state, &now);
+        let persistence = Persistence::of(system, modes, state, &now);
         let resisted = Resisted::of(system, &floating);
         let (mut force, rate) = finally(&lasting_problem);
         let follows = equilibrium(system, &floating, &rate);
@@ -915,10 +914,8 @@ mod tests {
     fn assert_rests(destination: Destination, wanted: f64) {
         match destination {
             Destination::Rest { displacement, .. } => {
-                assert!(
-                    (displacement - wanted).abs() < 1e-12,
-                    "{displacement} {wanted}"
-                );
+                let off = (displacement - wanted).abs();
+                assert!(off < 1e-12, "{displacement} {wanted}");
             }
             other => panic!("{other:?} instead of a rest at {wanted}"),
         }
@@ -1142,10 +1139,8 @@ mod tests {
             let rest = rests[0].expect("it rests");
             let [m, b] = [0, 1].map(|i| settled(&summary, i).expect("it settles"));
             let of_output = rest.settled.expect("it settles");
-            assert!(
-                (m - of_output).abs() < 1e-8,
-                "{size} {coupling}: {m} {of_output}"
-            );
+            let off = (m - of_output).abs();
+            assert!(off < 1e-8, "{size} {coupling}: {m} {of_output}");
             assert!((b - 9.965_33).abs() < 1e-5, "{size}: {b}");
             if coupling == 0.0 {
                 assert!((m - settling_of_a_step()).abs() < 1e-8, "{size}: {m}");
@@ -1235,10 +1230,8 @@ mod tests {
             response.every(0.5).until(4.0)
         });
         let time = settled(&summary, 0).expect("it settles");
-        assert!(
-            ((-2.0 * time).exp() * (1.0 + 2.0 * time) - 0.02).abs() < 1e-9,
-            "{time}"
-        );
+        let off = ((-2.0 * time).exp() * (1.0 + 2.0 * time) - 0.02).abs();
+        assert!(off < 1e-9, "{time}");
     }
 
     /// Beside what swings for ever.

@@ -8,7 +8,6 @@ use super::squares::{Squares, squares};
 use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::gram::UPWARD;
 use crate::modes::Mode;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// A nonzero root iω, or one of ±√−ω² where K makes the square negative, with a proven bound, and its shape.
@@ -26,12 +25,8 @@ pub(crate) struct Elastic {
 
 /// Proves a bound for every nonzero root of an undamped system with M and K symmetric, given all its modes
 /// approximately. `None` where no proof was reached.
-pub(crate) fn certify(
-    system: &System,
-    structure: &Structure,
-    modes: &[Mode],
-    tolerance: f64,
-) -> Option<Vec<Elastic>> {
+pub(crate) fn certify(system: &System, modes: &[Mode], tolerance: f64) -> Option<Vec<Elastic>> {
+    let structure = system.structure();
     // Of the two real roots of a negative square one.
     let elastic = || {
         let one = |mode: &&Mode| {
@@ -48,7 +43,7 @@ pub(crate) fn certify(
         spread: 1e-24,
         where_apart: 1e-20,
     };
-    let found = squares(system, structure, shapes.collect(), goal, tolerance)?;
+    let found = squares(system, shapes.collect(), goal, tolerance)?;
     Some(elastic_modes(&found, structure.is_passive()))
 }
 

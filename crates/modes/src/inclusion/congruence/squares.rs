@@ -13,7 +13,6 @@ use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::gram::{Form, SLICES, UPWARD};
 use crate::inclusion::inert::Inert;
 use crate::inclusion::quadratic::around;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
@@ -74,12 +73,11 @@ impl Squares {
 /// nonzero eigenvalues.
 pub(crate) fn squares(
     system: &System,
-    structure: &Structure,
     shapes: Vec<Vec<f64>>,
     goal: Goal,
     tolerance: f64,
 ) -> Option<Squares> {
-    let mut basis = basis(system, structure, shapes)?;
+    let mut basis = basis(system, shapes)?;
     let (elastic, null) = (basis.elastic - basis.null, basis.null);
     let forms = basis.refine(goal)?;
     let (forms, mut enclosed) = basis.enclosed(forms, tolerance);
@@ -121,12 +119,11 @@ pub(crate) fn squares(
 /// ones.
 pub(crate) fn refined(
     system: &System,
-    structure: &Structure,
     shapes: Vec<Vec<f64>>,
     goal: f64,
 ) -> Option<Vec<(f64, f64, Vec<f64>)>> {
     const KNOWN: f64 = 1e-3;
-    let mut basis = basis(system, structure, shapes)?;
+    let mut basis = basis(system, shapes)?;
     let forms = basis.refine(Goal::always(goal))?;
     if forms.spread > KNOWN {
         return None;
@@ -153,11 +150,10 @@ pub(in crate::inclusion) struct Precise {
 /// All shapes as near as double-doubles come, those with σ = 0, which are counted, last.
 pub(in crate::inclusion) fn precise(
     system: &System,
-    structure: &Structure,
     shapes: Vec<Vec<f64>>,
 ) -> Option<Vec<Precise>> {
     const GOAL: f64 = 1e-27;
-    let mut basis = basis(system, structure, shapes)?;
+    let mut basis = basis(system, shapes)?;
     let forms = basis.refine(Goal::always(GOAL))?;
     let each = basis.columns.into_iter().enumerate();
     let each = each.map(|(i, shape)| Precise {
@@ -169,17 +165,14 @@ pub(in crate::inclusion) fn precise(
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.
-fn basis<'a>(
-    system: &'a System,
-    structure: &Structure,
-    shapes: Vec<Vec<f64>>,
-) -> Option<Basis<'a>> {
+fn basis<'a>(system: &'a System, shapes: Vec<Vec<f64>>) -> Option<Basis<'a>> {
+    let structure = system.structure();
     let rigid = structure.spring_floating();
     let n = system.len();
     if !structure.is_symmetric() || !structure.damped_massless().is_empty() {
         return None;
     }
-    let inert = Inert::of(system, structure)?;
+    let inert = Inert::of(system)?;
     let null = n.checked_sub(inert.count() + shapes.len() + rigid.len())?;
     if null > 0 && structure.rigid_motions_counted() != Some(null + rigid.len()) {
         return None;

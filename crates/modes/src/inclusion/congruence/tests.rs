@@ -59,12 +59,7 @@ fn approximate(system: &System) -> Modes {
 }
 
 fn certified(system: &System) -> Option<Vec<Elastic>> {
-    certify(
-        system,
-        system.structure(),
-        approximate(system).as_slice(),
-        4.0 * UNIT,
-    )
+    certify(system, approximate(system).as_slice(), 4.0 * UNIT)
 }
 
 /// sin x by its series.
@@ -203,22 +198,20 @@ fn no_proof_without_its_conditions() {
     // A mode is missing, and one is given twice.
     let system = chain(&[1.0, 2.0], &[1.0, 2.0, 3.0]);
     let modes = approximate(&system).as_slice().to_vec();
-    let structure = system.structure();
-    assert!(certify(&system, structure, &modes[..1], 4.0 * UNIT).is_none());
+    assert!(certify(&system, &modes[..1], 4.0 * UNIT).is_none());
     let twice = [modes[0].clone(), modes[0].clone()];
-    assert!(certify(&system, structure, &twice, 4.0 * UNIT).is_none());
+    assert!(certify(&system, &twice, 4.0 * UNIT).is_none());
 }
 
 /// What Weierstrass corrections prove of the same frequencies.
 fn by_discs(system: &System) -> Option<Vec<(f64, f64)>> {
-    let structure = system.structure();
     let roots: Vec<Approximation<'_>> = approximate(system)
         .eigenvalues()
         .iter()
         .map(|root| Approximation::of(root.value))
         .filter(|root| root.value.norm() > 0.0)
         .collect();
-    let (found, _) = inclusion::certify(system, structure, &roots, 4.0 * UNIT, f64::INFINITY)?;
+    let (found, _) = inclusion::certify(system, &roots, 4.0 * UNIT, f64::INFINITY)?;
     let mut found: Vec<(f64, f64)> = found
         .iter()
         .flat_map(|root| root.members.iter().map(|_| (root.value.im, root.bound)))
@@ -294,7 +287,7 @@ fn every_undamped_solver_leads_to_the_same_doubles() {
     let found: Vec<Vec<f64>> = undamped
         .map(|solver| {
             let modes = solver.solve(&system, structure).unwrap();
-            let found = certify(&system, structure, modes.as_slice(), 4.0 * UNIT).unwrap();
+            let found = certify(&system, modes.as_slice(), 4.0 * UNIT).unwrap();
             found.iter().map(|mode| mode.value.im).collect()
         })
         .collect();

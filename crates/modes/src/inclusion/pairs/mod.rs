@@ -42,7 +42,6 @@ mod span;
 mod tests;
 
 use crate::modes::Mode;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::slow::Slow;
@@ -54,12 +53,12 @@ pub(crate) use rounded::Paired;
 /// as far as they reach. `None` where no proof was reached, as for defective roots.
 pub(crate) fn certify(
     system: &System,
-    structure: &Structure,
     modes: &[Mode],
     slow: Option<&Slow>,
     tolerance: f64,
 ) -> Option<Vec<Paired>> {
-    let mut pairs = Pairs::of(system, structure, modes, slow)?;
+    let structure = system.structure();
+    let mut pairs = Pairs::of(system, modes, slow)?;
     let rows = pairs.refine()?;
     let discs = pairs.enclosed(rows, structure, tolerance)?;
     pairs.found(structure, discs)

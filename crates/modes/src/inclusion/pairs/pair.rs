@@ -8,7 +8,6 @@ use crate::inclusion::gram::{Form, Gram};
 use crate::inclusion::inert::Inert;
 use crate::inclusion::slow::{self, Slow};
 use crate::modes::Mode;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// A complex vector.
@@ -123,15 +122,11 @@ pub(super) fn plain(z: ComplexDoubleDouble) -> c64 {
 }
 
 impl<'a> Pairs<'a> {
-    pub(super) fn of(
-        system: &'a System,
-        structure: &Structure,
-        modes: &[Mode],
-        slow: Option<&Slow>,
-    ) -> Option<Pairs<'a>> {
+    pub(super) fn of(system: &'a System, modes: &[Mode], slow: Option<&Slow>) -> Option<Pairs<'a>> {
+        let structure = system.structure();
         let n = system.len();
         let is_symmetric = structure.is_symmetric();
-        let inert = Inert::of(system, structure)?;
+        let inert = Inert::of(system)?;
         let states = n - inert.count() + massive(system);
         let applies = structure.finite_roots() == Some(states)
             && (is_symmetric || structure.zero_roots() == Some(0) || slow.is_some());

@@ -18,13 +18,7 @@ fn approximate(system: &System) -> Modes {
 }
 
 fn proven(system: &System) -> Option<Vec<Paired>> {
-    certify(
-        system,
-        system.structure(),
-        approximate(system).as_slice(),
-        None,
-        4.0 * UNIT,
-    )
+    certify(system, approximate(system).as_slice(), None, 4.0 * UNIT)
 }
 
 /// What joins n masses in a row to each other, where it is not 0, from the ground on and perhaps to it.
@@ -423,11 +417,10 @@ fn no_proof_of_what_it_is_not_meant_for() {
     // A root is missing, and one is given twice.
     let system = chain(&[1.0, 2.0], &[1.0, 2.0, 3.0], &[(0, 0.5)]);
     let modes = approximate(&system);
-    let structure = system.structure();
-    assert!(certify(&system, structure, modes.as_slice(), None, 4.0 * UNIT).is_some());
-    assert!(certify(&system, structure, &modes.as_slice()[..1], None, 4.0 * UNIT).is_none());
+    assert!(certify(&system, modes.as_slice(), None, 4.0 * UNIT).is_some());
+    assert!(certify(&system, &modes.as_slice()[..1], None, 4.0 * UNIT).is_none());
     let twice = [modes.as_slice()[0].clone(), modes.as_slice()[0].clone()];
-    assert!(certify(&system, structure, &twice, None, 4.0 * UNIT).is_none());
+    assert!(certify(&system, &twice, None, 4.0 * UNIT).is_none());
 }
 
 /// Roots that are proved are those that Weierstrass corrections prove.
@@ -448,8 +441,7 @@ fn agree(system: &System) -> Result<(), TestCaseError> {
     let nonzero = modes.eigenvalues().iter().map(|root| root.value);
     let nonzero = nonzero.filter(|z| z.norm() > 0.0);
     let start: Vec<Approximation<'_>> = nonzero.map(Approximation::of).collect();
-    let structure = system.structure();
-    let found_at = inclusion::certify(system, structure, &start, 4.0 * UNIT, f64::INFINITY);
+    let found_at = inclusion::certify(system, &start, 4.0 * UNIT, f64::INFINITY);
     let (discs, _) = found_at.unwrap();
     let count: usize = discs.iter().map(|disc| disc.members.len()).sum();
     let ours: usize = found.iter().map(|disc| disc.members.len()).sum();

@@ -165,122 +165,81 @@ impl Family {
     }
 }
 
-/// Instants 1 … [`INSTANTS`], each `stride` steps after the last.
-fn every(stride: u64) -> Vec<u64> {
-    (1..=INSTANTS).map(|k| k * stride).collect()
+/// A row of masses m1, m2, …, each on a spring to the one before it, the first to the ground, and perhaps the last too; with
+/// dampers between masses by their numbers, 0 for the ground.
+fn row(
+    masses: &[f64],
+    springs: &[f64],
+    dampers: &[(usize, usize, f64)],
+) -> Result<System, BuildError> {
+    let name = |i: usize| match i {
+        0 => GROUND.to_owned(),
+        i if i > masses.len() => GROUND.to_owned(),
+        i => format!("m{i}"),
+    };
+    let mut builder = System::builder();
+    for (i, mass) in (1..).zip(masses) {
+        builder = builder.mass(name(i), *mass);
+    }
+    for (i, stiffness) in springs.iter().enumerate() {
+        builder = builder.spring(name(i), name(i + 1), *stiffness);
+    }
+    for (i, j, damping) in dampers {
+        builder = builder.damper(name(*i), name(*j), *damping);
+    }
+    builder.build()
+}
+
+/// A system let go, looked at [`INSTANTS`] times, each `stride` steps after the last.
+fn let_go(system: System, start: State, step: f64, stride: u64) -> Case {
+    Case {
+        system,
+        start,
+        step,
+        instants: (1..=INSTANTS).map(|k| k * stride).collect(),
+        closed_form: none,
+    }
 }
 
 fn stiffness(ratio: f64) -> Result<Case, BuildError> {
-    let system = System::builder()
-        .mass("m1", 1.0)
-        .mass("m2", 1.0)
-        .mass("m3", 1.0)
-        .spring(GROUND, "m1", 1.0)
-        .spring("m1", "m2", ratio)
-        .spring("m2", "m3", 1.0)
-        .spring("m3", GROUND, 1.0)
-        .damper(GROUND, "m1", 0.02)
-        .damper("m2", "m3", 0.02)
-        .build()?;
-    Ok(Case {
-        system,
-        start: State::at_rest().displace("m1", 1.0).displace("m2", 1.0),
-        step: 1.0,
-        instants: every(1),
-        closed_form: none,
-    })
+    let dampers = [(0, 1, 0.02), (2, 3, 0.02)];
+    let system = row(&[1.0; 3], &[1.0, ratio, 1.0, 1.0], &dampers)?;
+    let start = State::at_rest().displace("m1", 1.0).displace("m2", 1.0);
+    Ok(let_go(system, start, 1.0, 1))
 }
 
 fn damping(ratio: f64) -> Result<Case, BuildError> {
-    let system = System::builder()
-        .mass("m1", 1.0)
-        .mass("m2", 1.0)
-        .spring(GROUND, "m1", 1.0)
-        .spring("m1", "m2", 1.0)
-        .damper(GROUND, "m1", 2.0 * ratio)
-        .build()?;
-    Ok(Case {
-        system,
-        start: State::at_rest().displace("m1", 1.0),
-        step: 0.5,
-        instants: every(1),
-        closed_form: none,
-    })
+    let system = row(&[1.0; 2], &[1.0; 2], &[(0, 1, 2.0 * ratio)])?;
+    let start = State::at_rest().displace("m1", 1.0);
+    Ok(let_go(system, start, 0.5, 1))
 }
 
 fn mass(ratio: f64) -> Result<Case, BuildError> {
-    let system = System::builder()
-        .mass("m1", 1.0)
-        .mass("m2", 1.0 / ratio)
-        .mass("m3", 1.0)
-        .spring(GROUND, "m1", 1.0)
-        .spring("m1", "m2", 1.0)
-        .spring("m2", "m3", 1.0)
-        .spring("m3", GROUND, 1.0)
-        .damper(GROUND, "m1", 0.02)
-        .damper("m2", "m3", 0.02)
-        .build()?;
-    Ok(Case {
-        system,
-        start: State::at_rest().displace("m1", 1.0).displace("m2", 0.5),
-        step: 1.0,
-        instants: every(1),
-        closed_form: none,
-    })
+    let dampers = [(0, 1, 0.02), (2, 3, 0.02)];
+    let system = row(&[1.0, 1.0 / ratio, 1.0], &[1.0; 4], &dampers)?;
+    let start = State::at_rest().displace("m1", 1.0).displace("m2", 0.5);
+    Ok(let_go(system, start, 1.0, 1))
 }
 
 fn step(length: f64) -> Result<Case, BuildError> {
     // ‖A‖ of the state matrix is 201 by column sums and 203 by row sums.
     const NORM: f64 = 202.0;
-    let system = System::builder()
-        .mass("m1", 1.0)
-        .mass("m2", 1.0)
-        .spring(GROUND, "m1", 1.0)
-        .spring("m1", "m2", 1.0)
-        .damper(GROUND, "m1", 200.0)
-        .build()?;
-    Ok(Case {
-        system,
-        start: State::at_rest().displace("m1", 1.0).displace("m2", 0.5),
-        step: length / NORM,
-        instants: every(1),
-        closed_form: none,
-    })
+    let system = row(&[1.0; 2], &[1.0; 2], &[(0, 1, 200.0)])?;
+    let start = State::at_rest().displace("m1", 1.0).displace("m2", 0.5);
+    Ok(let_go(system, start, length / NORM, 1))
 }
 
 fn horizon(periods: f64) -> Result<Case, BuildError> {
-    let system = System::builder()
-        .mass("m1", 1.0)
-        .mass("m2", 1.0)
-        .spring(GROUND, "m1", 1.0)
-        .spring("m1", "m2", 1.0)
-        .build()?;
+    let system = row(&[1.0; 2], &[1.0; 2], &[])?;
+    let start = State::at_rest().displace("m1", 1.0);
     // The slow mode turns at 0.618 rad/s: one period is about 10.17 s, or 100 steps.
-    Ok(Case {
-        system,
-        start: State::at_rest().displace("m1", 1.0),
-        step: 0.1017,
-        instants: every(periods as u64),
-        closed_form: none,
-    })
+    Ok(let_go(system, start, 0.1017, periods as u64))
 }
 
 fn size(coordinates: f64) -> Result<Case, BuildError> {
     let n = coordinates as usize;
-    let name = |i: usize| match i {
-        0 => GROUND.to_owned(),
-        i if i > n => GROUND.to_owned(),
-        i => format!("m{i}"),
-    };
-    let mut builder = System::builder();
-    for i in 1..=n {
-        builder = builder.mass(name(i), 1.0);
-    }
-    for i in 0..=n {
-        builder = builder.spring(name(i), name(i + 1), 1.0);
-    }
     Ok(Case {
-        system: builder.build()?,
+        system: row(&vec![1.0; n], &vec![1.0; n + 1], &[])?,
         start: State::at_rest().displace("m1", 1.0),
         // Times that are doubles, which the closed form takes.
         step: 0.25,

@@ -7,52 +7,38 @@ use super::shape::{
     OneOrMore, Ratios, RodEnd, Spacing, Text, Two, Unit, Values, given,
 };
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Scene {
     /// For editors.
-    #[serde(rename = "$schema", default, deserialize_with = "given")]
+    #[serde(rename = "$schema", deserialize_with = "given")]
     pub(super) _schema: Option<Text>,
-    #[serde(default, deserialize_with = "given")]
+    #[serde(deserialize_with = "given")]
     pub(super) title: Option<Text>,
-    #[serde(default, deserialize_with = "given")]
+    #[serde(deserialize_with = "given")]
     pub(super) masses: Option<List<Object<Mass>>>,
-    #[serde(default, deserialize_with = "given")]
+    #[serde(deserialize_with = "given")]
     pub(super) matrices: Option<Object<Matrices>>,
-    #[serde(default)]
     pub(super) springs: List<Object<Spring>>,
-    #[serde(default)]
     pub(super) dampers: List<Object<Damper>>,
-    #[serde(default)]
     pub(super) points: List<Object<Point>>,
-    #[serde(default)]
     pub(super) supports: List<Text>,
-    #[serde(default)]
     pub(super) beams: List<Object<Beam>>,
-    #[serde(default)]
     pub(super) rods: List<Object<Rod>>,
-    #[serde(default, deserialize_with = "given")]
+    #[serde(deserialize_with = "given")]
     pub(super) damping: Option<Object<Damping>>,
-    #[serde(default)]
     pub(super) initial: ByName<Object<State>>,
-    #[serde(default)]
     pub(super) loads: List<Object<Load>>,
-    #[serde(default)]
     pub(super) motions: List<Object<Motion>>,
-    #[serde(default)]
     pub(super) outputs: List<Object<Output>>,
-    #[serde(default, deserialize_with = "given")]
+    #[serde(deserialize_with = "given")]
     pub(super) time: Option<Object<Time>>,
-    #[serde(default, deserialize_with = "given")]
+    #[serde(deserialize_with = "given")]
     pub(super) frequencies: Option<Object<Frequencies>>,
-    #[serde(default)]
     pub(super) noise: List<Object<Noise>>,
-    #[serde(default)]
     pub(super) frictions: List<Object<Friction>>,
-    #[serde(default)]
     pub(super) stops: List<Object<Stop>>,
-    #[serde(default)]
     pub(super) impacts: List<Object<Impact>>,
-    #[serde(default)]
     pub(super) controlled_dampers: List<Object<ControlledDamper>>,
 }
 
@@ -160,13 +146,12 @@ pub(super) struct Damping {
     pub(super) modal: Option<Ratios<Modal>>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Rayleigh {
-    #[serde(default)]
     pub(super) mass: Number,
-    #[serde(default)]
     pub(super) stiffness: Number,
-    #[serde(default, deserialize_with = "given")]
+    #[serde(deserialize_with = "given")]
     pub(super) relative_to: Option<Text>,
 }
 
@@ -180,11 +165,10 @@ pub(super) struct Matrices {
     pub(super) stiffness: Option<Matrix>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct State {
-    #[serde(default)]
     pub(super) displacement: Number,
-    #[serde(default)]
     pub(super) velocity: Number,
 }
 

@@ -345,10 +345,8 @@ mod tests {
                 })
                 .collect();
             for (found, expected) in relative.iter().zip(expected) {
-                assert!(
-                    (found - expected).abs() < 1e-15 * expected,
-                    "{found:e} {expected:e}"
-                );
+                let off = (found - expected).abs();
+                assert!(off < 1e-15 * expected, "{found:e} {expected:e}");
             }
             assert!((relative.iter().sum::<f64>() - 0.5).abs() < 1e-15);
         }

@@ -8,7 +8,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use crate::random::Random;
-use crate::systems::{CANTILEVER, beam, between, chain, chain_of, in_a_row, pull, sum};
+use crate::systems::{CANTILEVER, beam, between, car, chain, chain_of, in_a_row, pull, sum};
 
 fn features(system: &System, from: &str, to: &str) -> Features {
     let modes = system.modes().expect("modes");
@@ -730,15 +730,7 @@ fn the_largest_gain_may_be_at_an_end() {
 /// A suspension's travel is 0 on a road at rest, as springs and dampers follow it: no rounding hides that.
 #[test]
 fn what_vanishes_at_rest_hides_no_peak() {
-    let car = System::builder()
-        .mass("body", 290.0)
-        .mass("wheel", 59.0)
-        .support("road")
-        .spring("wheel", "body", 16_812.0)
-        .damper("wheel", "body", 1_000.0)
-        .spring("road", "wheel", 190_000.0)
-        .build()
-        .expect("a system");
+    let car = car().build().expect("a system");
     let travel = between("travel", Quantity::Displacement, "wheel", "body");
     let asked = FrequencyResponse::of(&car).from("road").output(travel);
     let found = &asked.features(&[1.0]).expect("features")[0];

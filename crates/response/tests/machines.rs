@@ -8,7 +8,7 @@ use eigentone_response::{
 };
 use eigentone_response::{Destination, Trajectory};
 
-use crate::systems::{answers, in_a_row, quarter_car};
+use crate::systems::{answers, car, in_a_row, quarter_car};
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |top, value| top.max(value.abs()))
@@ -135,10 +135,8 @@ fn relative_motion_keeps_its_digits_far_away() {
         let (found, wanted) = (shaken.output(0)[k], pushed.displacement()[(1, k)]);
         let bound = shaken.output_bound(0)[k].expect("proven");
         let other = pushed.displacement_bound()[k].expect("proven");
-        assert!(
-            (found - wanted).abs() <= bound + other,
-            "{k}: {found} {wanted} {bound:e}"
-        );
+        let off = (found - wanted).abs();
+        assert!(off <= bound + other, "{k}: {found} {wanted} {bound:e}");
         assert!(bound <= 2.3e-16 * wanted.abs().max(1e-4), "{k}: {bound:e}");
     }
     // By then the soil is far away.
@@ -400,15 +398,7 @@ fn what_cannot_be_is_refused() {
 /// Chosen outputs along a long road are those of the whole motion.
 #[test]
 fn long_roads_are_followed_in_strides() {
-    let car = System::builder()
-        .mass("body", 290.0)
-        .mass("wheel", 59.0)
-        .support("road")
-        .spring("wheel", "body", 16812.0)
-        .damper("wheel", "body", 1000.0)
-        .spring("road", "wheel", 190_000.0)
-        .build()
-        .expect("a system");
+    let car = car().build().expect("a system");
     for hold in [Hold::Zero, Hold::First] {
         let road = Samples {
             step: 0.01,

@@ -3,7 +3,7 @@
 #[path = "../../../tests/row/mod.rs"]
 mod row;
 
-use eigentone_modes::{Beam, BeamEnd, System};
+use eigentone_modes::{Beam, BeamEnd, System, SystemBuilder};
 use eigentone_response::{
     Combination, Problem, Quantity, ResponseMethod, Sum, Trajectory, methods,
 };
@@ -27,6 +27,12 @@ pub(crate) fn chain_of(count: usize, numbers: impl Fn(usize) -> [f64; 3]) -> Sys
 
 /// A quarter of a car on its wheel, on a road that moves.
 pub(crate) fn quarter_car() -> System {
+    let car = car().damper("road", "wheel", 50.0);
+    car.build().expect("a system")
+}
+
+/// The same with a tyre that is a spring alone.
+pub(crate) fn car() -> SystemBuilder {
     System::builder()
         .mass("body", 290.0)
         .mass("wheel", 59.0)
@@ -37,9 +43,6 @@ pub(crate) fn quarter_car() -> System {
         .named("shock absorber")
         .spring("road", "wheel", 190_000.0)
         .named("tyre")
-        .damper("road", "wheel", 50.0)
-        .build()
-        .expect("a system")
 }
 
 /// A sum of motions that is asked for.

@@ -44,10 +44,8 @@ fn run(response: Response<'_>, switches: Vec<Switch>) -> SwitchedMotion {
 }
 
 fn close(found: f64, wanted: f64, relative: f64) {
-    assert!(
-        (found - wanted).abs() <= relative * wanted.abs(),
-        "{found:?} for {wanted:?}"
-    );
+    let off = (found - wanted).abs();
+    assert!(off <= relative * wanted.abs(), "{found:?} for {wanted:?}");
 }
 
 /// Three frictions hold 3.754 N at most, and a mass is pulled by 3.5 N; but two of them are on a support that sets out, so that they
@@ -250,10 +248,8 @@ fn what_gives_way_of_two_at_once_is_not_guessed() {
             let motion = run(limits, turned).expect("a motion");
             for (i, wanted) in wanted.into_iter().enumerate() {
                 let found = motion.trajectory().displacement()[(i, 2)];
-                assert!(
-                    (found - wanted).abs() <= 1e-14,
-                    "{turned}: {found} {wanted}"
-                );
+                let off = (found - wanted).abs();
+                assert!(off <= 1e-14, "{turned}: {found} {wanted}");
             }
         }
     }
@@ -481,10 +477,8 @@ fn bounces_on_a_block_that_slides_die_out_in_time() {
             .find(|event| event.kind == EventKind::Contact);
         let contact = contact.expect("it comes to rest on the block");
         let wanted = first + speed * time / (1.0 - ratio);
-        assert!(
-            (contact.time - wanted).abs() <= contact.bound + 1e-15,
-            "{contact:?} {wanted:?}"
-        );
+        let off = (contact.time - wanted).abs();
+        assert!(off <= contact.bound + 1e-15, "{contact:?} {wanted:?}");
         assert!(contact.bound < 1e-8, "{contact:?}");
         // Where the block has come to: all ways that it slid.
         let x = motion.trajectory().displacement();

@@ -29,10 +29,8 @@ fn cycle(
 }
 
 fn close(found: f64, wanted: f64, relative: f64) {
-    assert!(
-        (found - wanted).abs() <= relative * wanted.abs(),
-        "{found:?} for {wanted:?}"
-    );
+    let off = (found - wanted).abs();
+    assert!(off <= relative * wanted.abs(), "{found:?} for {wanted:?}");
 }
 
 /// What starts on it comes back after each period: three of them, by the motion from doubles.
@@ -58,10 +56,8 @@ fn comes_back<'s>(
                 (x[(i, k)], cycle.displacement[i]),
                 (v[(i, k)], cycle.velocity[i]),
             ] {
-                assert!(
-                    (found - wanted).abs() < 1e-11,
-                    "{i} {k}: {found:?} for {wanted:?}"
-                );
+                let off = (found - wanted).abs();
+                assert!(off < 1e-11, "{i} {k}: {found:?} for {wanted:?}");
             }
         }
     }
@@ -172,10 +168,8 @@ fn a_driven_mass_hits_a_stop_once_a_cycle() {
     let phase = ((1.0 + r) * o / ((1.0 - r) * w * half.tan())).atan();
     let found_phase = o * found.events[0].time;
     let turns = (found_phase - phase) / PI;
-    assert!(
-        (turns - turns.round()).abs() < 1e-14,
-        "{found_phase} for {phase}"
-    );
+    let off = (turns - turns.round()).abs();
+    assert!(off < 1e-14, "{found_phase} for {phase}");
     let area = found
         .multipliers
         .iter()

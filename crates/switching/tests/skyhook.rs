@@ -68,10 +68,8 @@ fn a_skyhook_damper_over_a_bump_is_that_of_50_digits() {
     for (event, wanted) in motion.events().iter().zip(EVENTS) {
         assert_eq!(event.kind, EventKind::Switch);
         let rounding = wanted * f64::EPSILON / 2.0;
-        assert!(
-            (event.time - wanted).abs() <= event.bound + rounding,
-            "{event:?} {wanted}"
-        );
+        let off = (event.time - wanted).abs();
+        assert!(off <= event.bound + rounding, "{event:?} {wanted}");
         assert!(event.bound <= 1e-15, "{event:?}");
     }
     let found = motion.trajectory();

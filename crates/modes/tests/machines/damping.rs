@@ -203,10 +203,8 @@ fn modal_ratios_are_those_given() {
         let modes = system.modes().expect("modes");
         assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan());
         for (found, expected) in ratios(&modes).into_iter().zip(expected) {
-            assert!(
-                (found - expected).abs() <= 4.5e-16 * expected + 1e-40,
-                "{found} {expected}"
-            );
+            let off = (found - expected).abs();
+            assert!(off <= 4.5e-16 * expected + 1e-40, "{found} {expected}");
         }
     }
 }

@@ -67,10 +67,8 @@ pub fn assert_shapes(system: &System, modes: &SparseModes, within: f64, what: &s
             .zip(system.masses())
             .map(|(x, m)| m * x * x)
             .sum();
-        assert!(
-            (norm - 1.0).abs() < 1e-12,
-            "{what}: norm of mode {k}: {norm}"
-        );
+        let off = (norm - 1.0).abs();
+        assert!(off < 1e-12, "{what}: norm of mode {k}: {norm}");
         let largest = shape.iter().fold(0.0, |top: f64, x| top.max(x.abs()));
         for (i, force) in forces.iter().enumerate() {
             let rest = force - square * system.masses()[i] * shape[i];

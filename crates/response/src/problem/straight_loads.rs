@@ -173,10 +173,8 @@ mod tests {
                     _ => 0.0,
                 });
                 let wanted: f64 = each.sum();
-                assert!(
-                    (found[0] - wanted).abs() < 1e-12,
-                    "{at}: {found:?} {wanted}"
-                );
+                let off = (found[0] - wanted).abs();
+                assert!(off < 1e-12, "{at}: {found:?} {wanted}");
             }
         }
     }

@@ -13,8 +13,8 @@ use eigentone::modes::{
 use eigentone::response::{
     Baseline, ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse,
     HalfSine, Harmonic, Hold, Impulse, Load, ModalTruncation, Noise, Output, Pade13, Polynomial,
-    Problem, Quantity, RandomVibration, Response, ResponseSpectrum, Samples, State, StateSpace,
-    SteadyState, Step, Sum, Sweep, Versine, expm, receptance,
+    Problem, Quantity, Ramp, RandomVibration, Response, ResponseSpectrum, Samples, State,
+    StateSpace, SteadyState, Step, Sum, Sweep, Versine, expm, receptance,
 };
 use eigentone::switching::{Friction, Impact, Period, Switch, Switching};
 use eigentone::tables::{ModeTable, ResponseTable};
@@ -317,6 +317,25 @@ fn switching_errors(listing: &mut Listing) {
             restitution: 0.5,
         })
     };
+    let jaws = System::builder().mass("m0", 1.0).support("jaw");
+    let jaws = jaws.build().expect("a system");
+    let jaw = || {
+        Switch::Impact(Impact {
+            between: ["jaw".to_owned(), "m0".to_owned()],
+            gap: 2.0,
+            restitution: 0.0,
+        })
+    };
+    let press = || {
+        let problem = Response::of(&jaws).motion("jaw", Quantity::Displacement, Ramp::of(-1.0));
+        let problem = problem.every(1.0).until(5.0).problem().expect("a problem");
+        let floor = Switch::Impact(Impact {
+            between: ["m0".to_owned(), GROUND.to_owned()],
+            gap: 0.5,
+            restitution: 0.0,
+        });
+        Switching::new(&problem, vec![jaw(), floor])?.run()
+    };
     let run = |system: &System, switches: Vec<Switch>| {
         let problem = Response::of(system).every(1.0).until(1e3).problem();
         let problem = problem.expect("a problem");
@@ -340,6 +359,7 @@ fn switching_errors(listing: &mut Listing) {
         friction(GROUND, "m0", -1.0).check(&held);
         run(&held, vec![wall(-0.1)]);
         run(&held, vec![wall(0.0), wall(0.0)]);
+        press();
         run(&stiff, vec![friction(GROUND, "m0", 0.0)]);
         cycle(&pushed, Period::Seconds(0.0));
         cycle(&pushed, Period::Seconds(2.0));

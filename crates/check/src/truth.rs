@@ -5,7 +5,7 @@ use eigentone_modes::{Eigenvalue, Modes, ModesError, System};
 use eigentone_response::{Problem, ResponseError, ResponsePlan, Trajectory};
 use num_complex::Complex;
 
-use crate::reference::{EigenvalueError, Reference, ReferenceModes, ReferenceResponse};
+use crate::reference::{Ball, EigenvalueError, Reference, ReferenceModes, ReferenceResponse};
 use crate::trajectory_error::TrajectoryError;
 
 /// Digits that show how far a double is off its nearest neighbour.
@@ -21,7 +21,7 @@ const REFERENCE: &str = "reference";
 pub(crate) enum MotionTruth {
     Reference {
         motion: ReferenceResponse,
-        peak: f64,
+        peaks: [f64; 2],
     },
     /// Of the plan's method, or rounded from a closed form.
     Doubles(Box<Trajectory>),
@@ -34,10 +34,15 @@ impl MotionTruth {
         let reference = Reference::with_digits(DIGITS).within(WORK);
         match reference.response(problem) {
             Ok(motion) => {
-                let instants = 0..motion.steps().len();
-                let values = instants.flat_map(|k| motion.displacement(k));
-                let peak = values.map(|x| x.nearest().abs()).fold(0.0, f64::max);
-                Ok(MotionTruth::Reference { motion, peak })
+                let largest = |of: fn(&ReferenceResponse, usize) -> &[Ball]| {
+                    let values = (0..motion.steps().len()).flat_map(|k| of(&motion, k));
+                    values.map(|x| x.nearest().abs()).fold(0.0, f64::max)
+                };
+                let peaks = [
+                    largest(ReferenceResponse::displacement),
+                    largest(ReferenceResponse::velocity),
+                ];
+                Ok(MotionTruth::Reference { motion, peaks })
             }
             Err(_) => {
                 let motion = ResponsePlan::of(problem)?.run(problem)?;
@@ -53,14 +58,21 @@ impl MotionTruth {
         }
     }
 
-    /// Whether an answer's displacements stay within ten times the largest one there is.
-    pub(crate) fn is_stable(&self, answer: &Trajectory) -> bool {
+    /// The largest displacement and velocity; infinite beyond the largest double.
+    pub(crate) fn peaks(&self) -> [f64; 2] {
+        match self {
+            MotionTruth::Reference { peaks, .. } => *peaks,
+            MotionTruth::Doubles(motion) => {
+                [motion.displacement(), motion.velocity()].map(|of| of.norm_max())
+            }
+        }
+    }
+
+    /// Whether an answer's displacements stay within ten times the largest one there is; `None` where that is no double.
+    pub(crate) fn is_stable(&self, answer: &Trajectory) -> Option<bool> {
         const UNSTABLE: f64 = 10.0;
-        let peak = match self {
-            MotionTruth::Reference { peak, .. } => *peak,
-            MotionTruth::Doubles(motion) => motion.displacement().norm_max(),
-        };
-        answer.displacement().norm_max() <= UNSTABLE * peak
+        let [peak, _] = self.peaks();
+        (peak < f64::INFINITY).then(|| answer.displacement().norm_max() <= UNSTABLE * peak)
     }
 
     /// How far an answer to the same problem is off; `None` for the reference itself.

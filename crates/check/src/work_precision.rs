@@ -50,6 +50,10 @@ pub struct WorkPrecision {
     pub reference: &'static str,
     /// How many instants were asked for and compared.
     pub instants: usize,
+    /// The time from 0 to the last instant of the grid, in s.
+    pub span: f64,
+    /// The largest displacement and the largest velocity of the reference at these instants; infinite beyond the largest double.
+    pub peaks: [f64; 2],
     /// One row for each method and setting, in the order of the methods given.
     pub rows: Vec<WorkPrecisionRow>,
     /// What the plan picks, if that is among the rows.
@@ -102,8 +106,8 @@ pub enum Outcome {
 pub struct Measurement {
     /// Its distance from the reference; `None` for the reference itself.
     pub error: Option<TrajectoryError>,
-    /// Whether its displacements stay within ten times the largest one of the reference.
-    pub stable: bool,
+    /// Whether its displacements stay within ten times the largest one of the reference; `None` where that exceeds the largest double.
+    pub stable: Option<bool>,
     /// What its own bounds are worth.
     pub bounds: Bounds,
     /// With how many decimal digits it was computed.
@@ -305,16 +309,22 @@ impl WorkPrecision {
         Ok(WorkPrecision {
             reference: truth.name(),
             instants,
+            span: problem.grid().time(problem.grid().last()),
+            peaks: truth.peaks(),
             rows,
             pick,
         })
     }
 
     /// The rows that beat the given one: as accurate or better, and so much faster that
-    /// the middle halves of their run times are apart. Errors are separated down to 2^-53. Empty where the row was not measured, or has no error.
+    /// the middle halves of their run times are apart. Errors are separated down to 2^-53. Empty where the row was not measured, or has no error that
+    /// is finite.
     pub fn beating(&self, row: usize) -> Vec<usize> {
         let of = |row: &WorkPrecisionRow| match &row.outcome {
-            Outcome::Measured(one) => Some((one.error?.worst().max(f64::EPSILON / 2.0), one.time)),
+            Outcome::Measured(one) => {
+                let error = one.error?.worst().max(f64::EPSILON / 2.0);
+                error.is_finite().then_some((error, one.time))
+            }
             _ => None,
         };
         let Some((error, time)) = self.rows.get(row).and_then(of) else {
@@ -330,10 +340,22 @@ impl WorkPrecision {
             .collect()
     }
 
+    /// Whether displacements or velocities of the motion itself exceed the largest double, so that no error is a number.
+    pub fn exceeds_doubles(&self) -> bool {
+        self.peaks.contains(&f64::INFINITY)
+    }
+
+    /// Whether velocities at these instants are so small that over the whole time they would not change the largest displacement
+    /// in its last digit.
+    pub fn is_still(&self) -> bool {
+        let [x, v] = self.peaks;
+        v > 0.0 && v * self.span < 0.5 * f64::EPSILON * x
+    }
+
     /// The rows that no other beats: the front of error and run time, as the reader of a
     /// work-precision diagram sees it.
     pub fn front(&self) -> Vec<usize> {
-        let measured = |row: &usize| matches!(&self.rows[*row].outcome, Outcome::Measured(one) if one.error.is_some());
+        let measured = |row: &usize| matches!(&self.rows[*row].outcome, Outcome::Measured(one) if one.error.is_some_and(|error| error.worst().is_finite()));
         let rows = (0..self.rows.len()).filter(measured);
         rows.filter(|row| self.beating(*row).is_empty()).collect()
     }

@@ -283,6 +283,7 @@ impl Failure {
             Failure::Switching { error, .. } => match error {
                 SwitchingError::Switch { .. }
                 | SwitchingError::Dependent { .. }
+                | SwitchingError::Jammed { .. }
                 | SwitchingError::TooLong { .. } => 2,
                 _ => 1,
             },

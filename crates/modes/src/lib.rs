@@ -63,6 +63,7 @@ mod sweep;
 mod system;
 
 pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
+pub use exact::null_space::null_vectors;
 pub use exact::rank::is_singular;
 pub use first_order::{EnclosedFirstOrder, FirstOrder, FirstOrderError};
 pub use linear::{Balanced, balance, eigenvalues};

@@ -182,7 +182,10 @@ fn undamped_peaks_are_poles_and_dips_are_zeros() {
 /// Where no spring reaches the ground, the equations are singular at 0, and yet what does not run away has a value there.
 #[test]
 fn functions_that_are_finite_at_0_have_values_there() {
-    let relative = || between("relative", Quantity::Displacement, "b", "a");
+    let pull = |element: &str| Combination {
+        name: "pull".to_owned(),
+        of: Sum::Pull(element.to_owned()),
+    };
     let at_0 = |asked: FrequencyResponse<'_>| -> Vec<FrequencyValue> {
         let found = asked.at(&[0.0]).expect("in range");
         assert_eq!(found.bounds(), Bounds::Proven);
@@ -213,7 +216,7 @@ fn functions_that_are_finite_at_0_have_values_there() {
         asked
             .to("a")
             .to("b")
-            .output(relative())
+            .output(relative("a", "b"))
             .output(pull("drag"))
     };
     let velocities = at_0(asked(Quantity::Velocity));
@@ -234,7 +237,7 @@ fn functions_that_are_finite_at_0_have_values_there() {
             asked
                 .to("a")
                 .to("b")
-                .output(relative())
+                .output(relative("a", "b"))
                 .loss_factors([loss])
         };
         let accelerations = at_0(asked(Quantity::Acceleration));
@@ -583,6 +586,114 @@ fn peaks_of_finite_elements_are_complete() {
         let counted = [found.peaks().len(), found.dips().len()];
         assert_eq!(turns_on_a_grid(1.0, 1e5, 4000, size), counted, "{elements}");
     }
+}
+
+/// How far a is beyond b.
+fn relative(a: &str, b: &str) -> Combination {
+    let moves = |name: &str, factor: f64| (Quantity::Displacement, name.to_owned(), factor);
+    Combination {
+        name: "relative".to_owned(),
+        of: Sum::Motions(vec![moves(a, 1.0), moves(b, -1.0)]),
+    }
+}
+
+/// What moves apart in a free chain, from one end to the stretch of a spring, is complete: peaks and the dip by mpmath with 40 digits,
+/// and m_b + m_c over all masses and k at rest.
+#[test]
+fn relative_motions_of_free_bodies_are_complete() {
+    const PEAKS: [[f64; 2]; 2] = [
+        [8.893436050372758, 0.06469006466870983],
+        [14.903127161713508, 0.014136461268557902],
+    ];
+    let chain = System::builder()
+        .mass("a", 2.0)
+        .mass("b", 1.0)
+        .mass("c", 0.5);
+    let chain = chain.spring("a", "b", 100.0).spring("b", "c", 50.0);
+    let chain = chain.damper("a", "b", 0.5).damper("b", "c", 0.3);
+    let chain = chain.build().expect("a system");
+    let asked = FrequencyResponse::of(&chain).from("a");
+    let asked = asked.output(relative("a", "b"));
+    let found = asked.features(&[1.0, 100.0]).expect("features");
+    let found = &found[0];
+    assert!(found.is_complete());
+    assert_eq!((found.peaks().len(), found.dips().len()), (2, 1));
+    for (peak, [at, gain]) in found.peaks().iter().zip(PEAKS) {
+        assert!((peak.frequency().0 - at).abs() < 4e-15 * at);
+        let (value, bound) = peak.gain().expect("known");
+        assert!((value - gain).abs() <= bound + 2e-16 * gain && bound < 1e-15 * gain);
+    }
+    let Some(LargestGain::Finite { gain, .. }) = found.largest_gain() else {
+        panic!("{found:?}");
+    };
+    assert!((gain - PEAKS[0][1]).abs() < 1e-16);
+    // A lever that rides on two masses bends nothing at rest either, and what is dragged has one power of Ω in common, not two.
+    let ridden = System::builder()
+        .mass("a", 2.0)
+        .mass("b", 1.0)
+        .mass("c", 0.5);
+    let ridden = ridden.point("p", [("a", 0.75), ("b", 0.25)], 0.25);
+    let ridden = ridden
+        .spring("p", "c", 8.0)
+        .damper("p", "c", 4.0)
+        .spring("a", "b", 64.0);
+    for drag in [0.0, 0.5] {
+        let ridden = ridden
+            .clone()
+            .damper("a", "b", 1.0)
+            .damper(GROUND, "b", drag);
+        let ridden = ridden.build().expect("a system");
+        let asked = FrequencyResponse::of(&ridden).from("a");
+        let found = asked.output(relative("p", "c")).features(&[1.0, 100.0]);
+        let found = &found.expect("features")[0];
+        assert!(found.is_complete(), "{drag}");
+        assert!(matches!(
+            found.largest_gain(),
+            Some(LargestGain::Finite { .. })
+        ));
+    }
+}
+
+/// Of two equal bodies on a third neither moves before the other: a function that is 0 as its parts cancel, beside nodes without
+/// mass too.
+#[test]
+fn what_cancels_everywhere_is_0() {
+    let pair = System::builder()
+        .mass("a", 0.1)
+        .mass("b", 0.1)
+        .mass("c", 2.0)
+        .mass("n", 0.0);
+    let pair = pair
+        .spring("c", "a", 50.0)
+        .spring("c", "b", 50.0)
+        .spring("c", "n", 50.0);
+    let pair = pair.damper("c", "a", 0.2).damper("c", "b", 0.2);
+    let pair = pair
+        .spring(GROUND, "n", 50.0)
+        .spring(GROUND, "c", 100.0)
+        .build();
+    let pair = pair.expect("a system");
+    let nearly = [("c", 1.0), ("n", -1.0)];
+    let half = nearly.map(|(name, factor)| (Quantity::Velocity, name.to_owned(), factor));
+    let asked = FrequencyResponse::of(&pair).from("c");
+    let asked = asked.output(relative("a", "b")).output(Combination {
+        name: "half".to_owned(),
+        of: Sum::Motions(half.to_vec()),
+    });
+    let found = asked.features(&[1.0, 100.0]).expect("features");
+    let is_nothing = |found: &Features| {
+        let gain = found.largest_gain();
+        matches!(
+            gain,
+            Some(LargestGain::Finite {
+                gain: 0.0,
+                bound: 0.0,
+                ..
+            })
+        )
+    };
+    assert_eq!([0, 1].map(|at| is_nothing(&found[at])), [true, false]);
+    assert!(found[0].is_complete() && found[0].peaks().is_empty());
 }
 
 /// At low frequencies a mass hangs on another without any force: |H| falls as Ω³, by terms that cancel exactly, also where parallel

@@ -42,6 +42,16 @@ pub enum SwitchingError {
         /// Its place among those given.
         switch: usize,
     },
+    /// What is between two rigid stops has no room left, and neither gives way.
+    #[error(
+        "at t = {time:?} s switch {switch} and another rigid stop come together and jam what is between them: let their supports leave it room, or make one of them a stop with a stiffness"
+    )]
+    Jammed {
+        /// In s.
+        time: f64,
+        /// Its place among those given.
+        switch: usize,
+    },
     /// Events come ever more quickly.
     #[error(
         "{events} events came before t = {time:?} s, ever closer together, the last of switch {switch}: ask for less time or, where bounces die out slowly, take a smaller restitution"
@@ -85,6 +95,7 @@ impl SwitchingError {
             SwitchingError::Switch { switch, .. }
             | SwitchingError::Undecided { switch, .. }
             | SwitchingError::Dependent { switch, .. }
+            | SwitchingError::Jammed { switch, .. }
             | SwitchingError::Endless { switch, .. } => Some(*switch),
             _ => None,
         }

@@ -194,10 +194,14 @@ impl<T: Real> March<'_, '_, T> {
                 break;
             };
             if round == MOST {
-                return Err(Halt::Failed(SwitchingError::Endless {
-                    events: MOST,
-                    time: self.now.to_f64(),
-                    switch,
+                let time = self.now.to_f64();
+                return Err(Halt::Failed(match self.is_jammed(switch) {
+                    true => SwitchingError::Jammed { time, switch },
+                    false => SwitchingError::Endless {
+                        events: MOST,
+                        time,
+                        switch,
+                    },
                 }));
             }
             self.jumped = true;
@@ -293,6 +297,30 @@ impl<T: Real> March<'_, '_, T> {
             }
         }
         Ok(rests)
+    }
+
+    /// Whether another rigid stop at its limit presses against this one, whatever blows there are between them: these act the opposite
+    /// way on all masses, and the two gaps close together, as supports move.
+    fn is_jammed(&self, switch: usize) -> bool {
+        /// Of rounding in directions.
+        const ALIKE: f64 = 1e-12;
+        let rounded = |push: &[T]| push.iter().map(|part| part.to_f64()).collect::<Vec<f64>>();
+        let own = rounded(&self.places[switch].push);
+        (0..self.places.len()).any(|other| {
+            let place = &self.places[other];
+            let Switch::Impact(impact) = &place.switch else {
+                return false;
+            };
+            let push = rounded(&place.push);
+            let share = length(&own) / length(&push);
+            let sum = own.iter().zip(&push).map(|(a, b)| a + share * b);
+            let are_opposite = length(&sum.collect::<Vec<f64>>()) <= ALIKE * length(&own);
+            let gap = self.beyond(other, impact.gap).at(&self.zeta).to_f64();
+            let rate = |of: usize| self.places[of].rate.at(&self.zeta).to_f64();
+            are_opposite
+                && self.is_tiny(gap, place.stretch.norm * self.size())
+                && rate(switch) + share * rate(other) > 0.0
+        })
     }
 
     /// Where the bounces that follow are too small to be seen: after how long they have died out, how well that is known, and
@@ -1171,6 +1199,20 @@ impl<T: Real> March<'_, '_, T> {
         loop {
             if let Ok(configuration) = self.configuration(phases) {
                 return Ok(configuration);
+            }
+            // What a rigid stop holds still a damper need not hold.
+            let rests = |damper: usize| {
+                (0..phases.len()).any(|stop| {
+                    phases[stop] == Phase::Contact && self.along(stop, damper, 1).is_some()
+                })
+            };
+            let twice = (0..phases.len()).find_map(|damper| match phases[damper] {
+                Phase::Hold { rate } if rests(damper) => Some((damper, rate)),
+                _ => None,
+            });
+            if let Some((damper, rate)) = twice {
+                phases[damper] = Phase::OnOff { body: 0, rate };
+                continue;
             }
             // What a friction carries beside a damper that holds the same is not unique, and decides what follows.
             if phases.iter().any(is_hold) {

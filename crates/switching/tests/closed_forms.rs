@@ -504,6 +504,39 @@ fn a_load_breaks_a_mass_loose() {
 }
 
 /// A wall that jumps over a mass leaves it nowhere to be; one that jumps away does nothing.
+/// A jaw that moves down at 1 m/s takes a mass along from 1.9 s on, and has it on the floor at 2.5 s.
+#[test]
+fn what_is_jammed_between_stops_is_told() {
+    let system = System::builder().mass("m", 1.0).support("jaw");
+    let system = system.build().expect("a system");
+    let press = |restitution: f64, until: f64| {
+        let ask = Response::of(&system).from(State::at_rest().displace("m", 0.1));
+        let ask = ask.motion("jaw", Quantity::Displacement, Ramp::of(-1.0));
+        let problem = ask.every(0.5).until(until).problem().expect("a problem");
+        let jaw = impact("jaw", "m", 2.0, restitution);
+        let floor = impact("m", GROUND, 0.5, restitution);
+        let switches = Switching::new(&problem, vec![jaw, floor]);
+        switches.expect("switches").run()
+    };
+    let error = press(0.0, 5.0).expect_err("no room is left");
+    let SwitchingError::Jammed {
+        time,
+        switch: 0 | 1,
+    } = error
+    else {
+        panic!("{error}");
+    };
+    assert!((time - 2.5).abs() < 1e-9, "{time}");
+    let motion = press(0.0, 2.0).expect("there is room");
+    let found = motion.trajectory();
+    assert!((found.displacement()[(0, 4)] - 0.0).abs() < 1e-15);
+    let error = press(0.5, 5.0).expect_err("no room is left");
+    assert!(
+        matches!(error, SwitchingError::Jammed { time, .. } if (time - 2.5).abs() < 1e-9),
+        "{error}"
+    );
+}
+
 #[test]
 fn a_wall_may_not_jump_over_a_mass() {
     let system = System::builder()

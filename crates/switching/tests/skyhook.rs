@@ -4,7 +4,7 @@
 use eigentone_modes::{GROUND, System};
 use eigentone_response::{Harmonic, Quantity, Response, State, Versine};
 use eigentone_switching::{
-    ControlledDamper, DamperLaw, EventKind, Friction, Switch, SwitchedMotion, Switching,
+    ControlledDamper, DamperLaw, EventKind, Friction, Impact, Switch, SwitchedMotion, Switching,
 };
 
 use crate::row::in_a_row;
@@ -222,5 +222,45 @@ fn frictions_beside_a_damper_that_holds_add_up() {
                 assert!(off < 1e-15, "{forces:?}: {off:e} at {k}, {i}");
             }
         }
+    }
+}
+
+/// A body is pressed against a wall and pulled off while the damper would hold it: displacement and velocity in m and m/s against
+/// steps of 1e-5 to 1e-6 s.
+#[test]
+fn a_body_that_a_damper_and_a_wall_would_hold_comes_off() {
+    let system = System::builder().mass("b", 2.0).support("w");
+    let system = system.build().expect("a system");
+    let sway = Harmonic::of(0.1, 5.0);
+    let ask = Response::of(&system).motion("w", Quantity::Displacement, sway);
+    let ask = ask.load("b", Harmonic::of(50.0, 3.0));
+    let problem = ask.every(0.1).until(3.0).problem().expect("a problem");
+    let damper = Switch::ControlledDamper(ControlledDamper {
+        between: ["w".to_owned(), "b".to_owned()],
+        low: 0.0,
+        high: 30.0,
+        law: DamperLaw::OnOffSkyhook,
+    });
+    let wall = Switch::Impact(Impact {
+        between: [GROUND.to_owned(), "b".to_owned()],
+        gap: 0.01,
+        restitution: 0.0,
+    });
+    let switching = Switching::new(&problem, vec![damper, wall]).expect("switches");
+    let motion = switching.run().expect("a motion");
+    let trajectory = motion.trajectory();
+    let truth = [
+        (8, 0.01, 0.0),
+        (11, 0.01, 0.0),
+        (12, 0.0074755, -0.09834),
+        (15, -0.1782261, -1.203047),
+        (20, -0.9761871, -1.214715),
+        (25, -0.790602, 1.831168),
+        (30, 0.01, 0.0),
+    ];
+    for (k, x, v) in truth {
+        let found = [trajectory.displacement(), trajectory.velocity()].map(|of| of[(0, k)]);
+        assert!((found[0] - x).abs() < 3e-6, "{k}: {found:?}");
+        assert!((found[1] - v).abs() < 3e-5, "{k}: {found:?}");
     }
 }

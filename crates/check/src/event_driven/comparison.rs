@@ -44,7 +44,7 @@ impl WorkPrecision {
             knob: None,
             outcome: Outcome::Measured(Measurement {
                 error: None,
-                stable: true,
+                stable: Some(true),
                 bounds: exact.trajectory().bounds(),
                 digits: exact.trajectory().digits(),
                 operations: None,
@@ -117,6 +117,8 @@ impl WorkPrecision {
         Ok(WorkPrecision {
             reference: name,
             instants: exact.trajectory().len(),
+            span: problem.grid().time(problem.grid().last()),
+            peaks: truth.peaks(),
             rows,
             pick: Some(Pick {
                 row: 0,

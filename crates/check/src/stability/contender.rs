@@ -263,7 +263,7 @@ impl Member<'_> {
 
     fn compare(&self, answer: Result<Trajectory, ResponseError>, time: f64) -> Cell {
         match answer {
-            Ok(motion) if !self.motion.is_stable(&motion) => Cell::Unstable,
+            Ok(motion) if self.motion.is_stable(&motion) == Some(false) => Cell::Unstable,
             Ok(motion) => Cell::Answered {
                 // The reference has no error of its own.
                 error: self

@@ -135,7 +135,7 @@ fn every_method_meets_the_reference() {
         assert!(time.quartiles[1] <= time.max);
         assert_eq!(measured.work.is_some(), row.knob.is_some());
         assert_eq!(measured.operations.is_some(), row.knob.is_none());
-        assert!(measured.stable);
+        assert_eq!(measured.stable, Some(true));
         let error = measured.error.expect("the reference is none of them");
         match row.knob {
             Some(Knob::Tolerance(tolerance)) => {
@@ -203,7 +203,7 @@ fn the_front_is_of_error_and_time() {
                 displacement: error,
                 velocity: 0.0,
             }),
-            stable: true,
+            stable: Some(true),
             bounds: Bounds::Estimated,
             digits: 16,
             time,
@@ -215,6 +215,8 @@ fn the_front_is_of_error_and_time() {
     let table = WorkPrecision {
         reference: "given",
         instants: 1,
+        span: 1.0,
+        peaks: [1.0; 2],
         rows: vec![
             row(1e-6, time(3.0, 0.1)),
             row(1e-6, time(2.0, 0.1)),
@@ -229,6 +231,42 @@ fn the_front_is_of_error_and_time() {
     assert_eq!(table.beating(4), [5]);
     assert_eq!(table.beating(0), [1, 2, 4, 5]);
     assert_eq!(table.front(), [1, 2, 3, 5]);
+}
+
+/// One mass of 1 kg on a spring of 1 N/m that a negative damper drives beyond the largest double: x grows as e^(t/2).
+#[test]
+fn what_exceeds_doubles_is_not_called_stable() {
+    let system = System::builder().mass("a", 1.0).spring(GROUND, "a", 1.0);
+    let system = system.damper(GROUND, "a", -1.0).build().expect("a system");
+    let from = State::at_rest().displace("a", 1e300);
+    let problem = Response::of(&system).from(from).every(1.0).until(40.0);
+    let problem = problem.problem().expect("a problem");
+    let table = measure(&problem, &[], &integrators(), Effort::default());
+    assert!(table.exceeds_doubles() && !table.is_still());
+    assert!(table.front().is_empty());
+    for (at, row) in table.rows.iter().enumerate() {
+        assert!(table.beating(at).is_empty());
+        if let Outcome::Measured(one) = &row.outcome {
+            assert_eq!(one.stable, None, "{row:?}");
+        }
+    }
+}
+
+/// What creeps at 1e-100 m/s is still beside 1 m.
+#[test]
+fn velocities_that_are_as_good_as_0_are_told() {
+    let system = System::builder().mass("a", 1.0).damper(GROUND, "a", 1e-3);
+    let system = system.build().expect("a system");
+    let still = |v: f64| {
+        let from = State::at_rest().displace("a", 1.0).push("a", v);
+        let problem = Response::of(&system).from(from).every(1.0).until(4.0);
+        let problem = problem.problem().expect("a problem");
+        let table = measure(&problem, &[], &[], Effort::default());
+        assert_eq!(table.peaks[1], v);
+        table.is_still()
+    };
+    let all = [1e-100, 1e-17, 1e-16, 0.0].map(still);
+    assert_eq!(all, [true, true, false, false]);
 }
 
 /// Of a long grid only some instants are compared: first and last among them.

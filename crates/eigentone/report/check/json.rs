@@ -210,6 +210,7 @@ impl ExponentialsJson {
 impl<'a> ResponseJson<'a> {
     fn of(response: &'a WorkPrecision) -> ResponseJson<'a> {
         let front = response.front();
+        let exceeds = response.exceeds_doubles();
         let rows = response.rows.iter().enumerate();
         ResponseJson {
             reference: response.reference,
@@ -220,14 +221,14 @@ impl<'a> ResponseJson<'a> {
                 beaten_by: response.beating(pick.row),
             }),
             methods: rows
-                .map(|(at, row)| MethodJson::of(row, front.contains(&at)))
+                .map(|(at, row)| MethodJson::of(row, front.contains(&at), exceeds))
                 .collect(),
         }
     }
 }
 
 impl<'a> MethodJson<'a> {
-    fn of(row: &'a WorkPrecisionRow, front: bool) -> MethodJson<'a> {
+    fn of(row: &'a WorkPrecisionRow, front: bool, exceeds: bool) -> MethodJson<'a> {
         let (outcome, reason) = match &row.outcome {
             Outcome::Measured(_) => ("measured", None),
             Outcome::Refused { reason } => ("refused", Some(reason.clone())),
@@ -246,8 +247,8 @@ impl<'a> MethodJson<'a> {
             displacement_error: error.map(|error| error.displacement),
             velocity_error: error.map(|error| error.velocity),
             stable: match &row.outcome {
-                Outcome::Failed(ResponseError::Overflow { .. }) => Some(false),
-                _ => measurement.map(|measurement| measurement.stable),
+                Outcome::Failed(ResponseError::Overflow { .. }) if !exceeds => Some(false),
+                _ => measurement.and_then(|measurement| measurement.stable),
             },
             bounds: measurement.map(|measurement| worth(measurement.bounds)),
             digits: measurement.map(|measurement| measurement.digits),

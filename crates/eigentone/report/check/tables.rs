@@ -16,6 +16,10 @@ use crate::report::worth;
 const ERROR: &str = "Error of x: the largest difference of a displacement at any of these instants, relative to the peak, the \
      largest displacement of any coordinate at any of them. Error of v: the same of velocities.";
 
+/// What is said of a motion that grows out of the range of doubles.
+const EXCEEDS: &str = "The motion itself exceeds the largest double at some of these instants: no error is a number there, and which method is \
+     stable is not known.";
+
 /// What the columns of a comparison of modes mean.
 const MODES: &str = "Error of λ: the largest difference of an eigenvalue, relative to its modulus; of Re λ: the same of its real part, \
      relative to the modulus too. Run time: the median of several runs. Spread: between the quartiles of these runs, in % of the median.";
@@ -115,7 +119,11 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
         Outcome::LeftOut { reason } => format!("left out: {reason}"),
     });
     let stable = |row: &WorkPrecisionRow| match &row.outcome {
-        Outcome::Measured(one) if one.stable => "yes",
+        Outcome::Measured(Measurement {
+            stable: Some(true), ..
+        }) => "yes",
+        Outcome::Measured(Measurement { stable: None, .. }) => NONE,
+        Outcome::Failed(ResponseError::Overflow { .. }) if response.exceeds_doubles() => NONE,
         Outcome::Measured(_) | Outcome::Failed(ResponseError::Overflow { .. }) => "no",
         _ => NONE,
     };
@@ -160,8 +168,18 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
             .column("work", Align::Left, rows().map(work))
             .column("front", Align::Left, on_front)
             .column("", Align::Left, notes),
-        remarks: [ERROR.to_owned(), FRONT.to_owned()]
+        remarks: [ERROR.to_owned()]
             .into_iter()
+            .chain(response.exceeds_doubles().then(|| EXCEEDS.to_owned()))
+            .chain(response.is_still().then(|| {
+                let [_, v] = response.peaks;
+                format!(
+                    "Velocities at these instants are {} at most, which over the whole time would not change the largest displacement in its \
+                     last digit: errors of v are parts of what is as good as 0.",
+                    scientific(v)
+                )
+            }))
+            .chain([FRONT.to_owned()])
             .chain(
                 rows()
                     .any(|row| events(row).is_some())

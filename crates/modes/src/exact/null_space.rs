@@ -45,6 +45,31 @@ pub(crate) fn null_vectors_modulo(
     free.map(vector).collect()
 }
 
+/// Independent vectors that a square matrix of so many rows maps to exactly 0, whose entries are the sums without rounding of what is
+/// given for them, as (row, column, value): each by the places and values of what is not 0, with 1 first at a place where all others
+/// are 0. All there are, or none where they are no short binary fractions, a value is not finite, or one stands outside of the matrix.
+///
+/// ```
+/// use eigentone_modes::null_vectors;
+///
+/// // A lever of 1 to 2 on a spring.
+/// let square = [(0, 0, 4.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 1.0)];
+/// assert_eq!(null_vectors(2, square.to_vec()), [[(1, 1.0), (0, 0.5)]]);
+/// ```
+pub fn null_vectors(size: usize, parts: Vec<(usize, usize, f64)>) -> Vec<Vec<(usize, f64)>> {
+    let is_part = |part: &(usize, usize, f64)| part.0 < size && part.1 < size && part.2.is_finite();
+    if !parts.iter().all(is_part) {
+        return Vec::new();
+    }
+    let found = null_space(&ExactMatrix::from_parts(size, parts)).unwrap_or_default();
+    let first = |vector: NullVector| {
+        let mut entries = vector.entries;
+        entries.sort_by_key(|(i, _)| *i != vector.place);
+        entries
+    };
+    found.into_iter().map(first).collect()
+}
+
 /// A vector that a matrix maps to 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct NullVector {

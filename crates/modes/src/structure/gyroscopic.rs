@@ -19,7 +19,7 @@ pub(crate) fn is_gyroscopic(coefficients: &Coefficients) -> bool {
 }
 
 /// Whether each entry and the one across the diagonal add up to 0.
-fn is_skew(matrix: &ExactMatrix) -> bool {
+pub(super) fn is_skew(matrix: &ExactMatrix) -> bool {
     (0..matrix.len()).all(|i| {
         matrix.row(i).all(|(j, terms)| {
             let mut sum = ExactSum::of(terms);

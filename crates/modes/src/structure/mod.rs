@@ -193,6 +193,14 @@ impl Structure {
         self.gyroscopic
     }
 
+    /// Whether M = Mᵀ, K = Kᵀ and C = −Cᵀ, which may be 0. Then −λ is a root where λ is, as
+    /// det(λ²M + λC + K) is that of the transposed matrix too: no motion dies out unless another grows.
+    pub fn is_reversible(&self) -> bool {
+        let [mass, damping, stiffness] = self.coefficients.parts();
+        let is_symmetric = mass.network.is_some() && stiffness.network.is_some();
+        self.by_modes.is_none() && is_symmetric && gyroscopic::is_skew(&damping.matrix)
+    }
+
     /// Whether M is positive definite, C and K are positive semidefinite, and
     /// (xᵀCx)² > 4 (xᵀMx)(xᵀKx) for every x ≠ 0, all proved. Then every root is real, semisimple
     /// and ≤ 0 (Guo, Higham & Tisseur 2009, *SIAM J. Matrix Anal. Appl.* 30). Found out when first

@@ -1,9 +1,10 @@
 //! K − Ω²M + iΩC in ball arithmetic, from the elements, and what forces and motions of supports put beside it.
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, WideComplex};
-use eigentone_modes::{ElementKind, MatrixKind, System};
+use eigentone_modes::{ElementKind, MatrixKind, System, null_vectors};
 use faer::Mat;
 use num_complex::Complex;
 
@@ -276,6 +277,7 @@ impl DynamicStiffness {
         Block {
             entries: entries.collect(),
             coordinates,
+            free: OnceLock::new(),
         }
     }
 }
@@ -350,9 +352,23 @@ pub(super) struct Block {
     coordinates: Vec<usize>,
     /// By row and column, both as positions in `coordinates`; by rising row, then column.
     entries: Vec<((usize, usize), Terms)>,
+    /// What K maps to 0, once it was asked for.
+    free: OnceLock<Vec<Vec<(usize, f64)>>>,
 }
 
 impl Block {
+    /// Independent motions that K leaves free, all of them or none: see [`null_vectors`].
+    pub(super) fn free(&self) -> &[Vec<(usize, f64)>] {
+        self.free.get_or_init(|| {
+            let entries = self.entries.iter();
+            let parts = entries.flat_map(|((row, column), terms)| {
+                let own = terms.sums[0].iter();
+                own.map(|part| (*row, *column, *part))
+            });
+            null_vectors(self.coordinates.len(), parts.collect())
+        })
+    }
+
     /// The coordinates that it is about, rising.
     pub(super) fn coordinates(&self) -> &[usize] {
         &self.coordinates
@@ -393,8 +409,7 @@ impl Block {
     /// Its entries as polynomials in Ω: row, column, coefficients.
     pub(super) fn polynomials<T: Real>(&self) -> Vec<(usize, usize, [Ball<T>; 3])> {
         let entries = self.entries.iter().map(|((row, column), terms)| {
-            let mut parts =
-                [0, 1, 2].map(|power| turned(sum::<T>(&terms.sums[usize::from(power)]), power));
+            let mut parts = polynomial(&terms.sums);
             for factors in &terms.losses {
                 parts[0] = parts[0] + Part::loss(*factors).coefficient().1;
             }
@@ -492,6 +507,11 @@ pub(super) fn slopes<T: Real>(frequency: Frequency) -> [Ball<T>; 2] {
         let derivative = Part::of(order, [1.0; 2]).derivative();
         derivative.expect("Ω has a power").value(frequency)
     })
+}
+
+/// A polynomial in Ω by the doubles whose sums multiply powers of iΩ.
+pub(super) fn polynomial<T: Real>(sums: &[Vec<f64>; 3]) -> [Ball<T>; 3] {
+    [0, 1, 2].map(|power| turned(sum::<T>(&sums[usize::from(power)]), power))
 }
 
 /// The exact sum of doubles.

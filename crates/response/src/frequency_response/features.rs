@@ -108,7 +108,7 @@ impl Features {
     /// Whether it is proved that there is no other peak or dip at any frequency between 0 and ∞.
     ///
     /// It is not where poles on the axis coincide, or are not seen by the function, where two rigid motions or more are
-    /// free, or the mass matrix stays singular without its empty rows and columns, and where the proof takes too long, as it
+    /// free and the function follows some of them, or the mass matrix stays singular without its empty rows and columns, and where the proof takes too long, as it
     /// may from about a hundred coordinates on.
     pub fn is_complete(&self) -> bool {
         self.complete

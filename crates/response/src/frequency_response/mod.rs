@@ -24,6 +24,7 @@ mod question;
 mod random;
 mod receptance;
 mod refinement;
+mod rigid;
 mod sparse_factor;
 mod state_form;
 mod steady_state;

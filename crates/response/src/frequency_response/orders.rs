@@ -5,8 +5,11 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{MatrixKind, System};
+use eigentone_modes::{BuildError, MatrixKind, System};
 use faer::Mat;
+
+/// More take too long.
+const MOST: usize = 64;
 
 /// Row, column and, by powers of λ, the doubles whose sums stand there.
 pub(super) type Terms = (usize, usize, [Vec<f64>; 3]);
@@ -38,10 +41,14 @@ impl Orders {
         }
     }
 
+    /// Whether H is 0 at every λ, as the bordered determinant is.
+    pub(super) fn is_zero(&self) -> bool {
+        let bordered = || matches!(&self.terms, Some(terms) if system(self.n + 1, terms).is_err_and(|error| error == BuildError::Singular));
+        self.n <= MOST && self.get()[1].is_none() && bordered()
+    }
+
     /// Those of the determinant of the system, and of the bordered one; `None` where they are not proved.
     pub(super) fn get(&self) -> [Option<Order>; 2] {
-        /// More take too long.
-        const MOST: usize = 64;
         let find = || match &self.terms {
             Some(terms) if self.n <= MOST => [self.n, self.n + 1].map(|size| order(size, terms)),
             _ => [None; 2],
@@ -50,9 +57,19 @@ impl Orders {
     }
 }
 
-/// That of the first rows and columns. What a sum has beside one double stands in a copy of its column: another coordinate without
-/// mass, which equals the first and changes no determinant.
+/// That of the first rows and columns.
 fn order(size: usize, terms: &[Terms]) -> Option<Order> {
+    let system = system(size, terms).ok()?;
+    let structure = system.structure();
+    Some(Order {
+        least: structure.zero_roots()?,
+        most: structure.finite_roots()?,
+    })
+}
+
+/// What has this determinant. What a sum has beside one double stands in a copy of its column: another coordinate without mass, which
+/// equals the first and changes no determinant.
+fn system(size: usize, terms: &[Terms]) -> Result<System, BuildError> {
     let mut copies = BTreeMap::new();
     let mut entries = Vec::new();
     let own = terms.iter();
@@ -82,16 +99,11 @@ fn order(size: usize, terms: &[Terms]) -> Option<Order> {
     let builder = all.fold(System::builder(), |builder, (kind, matrix)| {
         builder.matrix(kind, matrix.as_ref())
     });
-    let system = builder.build().ok()?;
-    let structure = system.structure();
-    Some(Order {
-        least: structure.zero_roots()?,
-        most: structure.finite_roots()?,
-    })
+    builder.build()
 }
 
 /// Doubles with the same sum, most often fewer; not finite where it leaves their range.
-fn parts(terms: &[f64]) -> Vec<f64> {
+pub(super) fn parts(terms: &[f64]) -> Vec<f64> {
     let mut parts: Vec<f64> = Vec::new();
     for &term in terms {
         let mut rest = term;

@@ -19,6 +19,7 @@ use super::power_series::{
     Center, Entry, NoCenter, Number, Polynomial, PowerSeries, REACH, at_most, real, times,
 };
 use super::refinement::UPWARD;
+use super::rigid::Split;
 
 /// What is known of a magnitude at all frequencies.
 pub(super) struct Turns {
@@ -58,11 +59,13 @@ impl Turn {
 
 type Known = Result<Rc<Center>, NoCenter>;
 
+/// By the number of equations, which outputs out of reach have none of, the direction, both ends, and the columns that were divided.
+type Which = (usize, bool, u64, u64, Vec<(usize, usize)>);
+
 /// Series about the points of one input's axes.
 #[derive(Default)]
 pub(super) struct Centers {
-    /// By the number of equations, which outputs out of reach have none of, the direction and both ends.
-    known: HashMap<(usize, bool, u64, u64), Known>,
+    known: HashMap<Which, Known>,
     work: u64,
     /// Those of modes, in doubles, for one output.
     products: u64,
@@ -92,6 +95,8 @@ struct Axis<'a> {
     /// The powers that rows were divided by in Ω, or multiplied by in 1/Ω, without and with the row of the output.
     shifts: [usize; 2],
     orders: Rc<Orders>,
+    /// The columns that were divided by powers of Ω, with the powers.
+    lowered: Vec<(usize, usize)>,
 }
 
 /// The turns of what one input does to one output; `None` where they are not proved to be all. Modes, where they serve,
@@ -116,7 +121,16 @@ pub(super) fn turns(
         middle = f64::exp2((most * BEYOND).log2().ceil());
         axes[0].modes = Some((modes, least / BEYOND));
     }
-    covered(&axes, middle, centers)
+    covered(&axes, middle, centers).or_else(|| {
+        // What is 0 everywhere as its parts cancel, which no digits show.
+        axes[0].orders.is_zero().then(|| Turns {
+            each: Vec::new(),
+            falls_at_first: false,
+            rises_at_last: true,
+            is_real: axes[0].is_real,
+            limit: Some((0.0, 0.0)),
+        })
+    })
 }
 
 /// The same of the function in Ω and in 1/Ω.
@@ -214,20 +228,13 @@ impl Axis<'_> {
             Some(terms)
         };
         let exact = if lossless && n > 0 { exact() } else { None };
+        let split = exact.as_ref().filter(|_| !block.free().is_empty());
+        let split = split.and_then(|terms| Split::of(n, terms, block.free()));
         let orders = Rc::new(Orders::of(n, exact));
-        // The least and the largest power in each row.
         let powers = |polynomial: &Polynomial| {
             let known = polynomial.each_ref().map(|part| !part.upper().is_zero());
             (0..3usize).filter(move |power| known[*power])
         };
-        let mut spans: Vec<Option<(usize, usize)>> = vec![None; n + 1];
-        for ((row, _), polynomial) in &entries {
-            for power in powers(polynomial) {
-                let (least, most) = spans[*row].unwrap_or((power, power));
-                spans[*row] = Some((least.min(power), most.max(power)));
-            }
-        }
-        let spans: Vec<(usize, usize)> = spans.into_iter().map(Option::unwrap_or_default).collect();
         // Without dampers all is a function of Ω² too, if all powers of a row are even or all odd.
         let undamped = (0..=n).all(|row| {
             let own = entries.range((row, 0)..(row + 1, 0));
@@ -236,7 +243,19 @@ impl Axis<'_> {
             let first = kinds.next();
             kinds.all(|kind| Some(kind) == first)
         });
-        let axis = |backward: bool| {
+        let axis = |backward: bool,
+                    entries: &BTreeMap<(usize, usize), Polynomial>,
+                    lowered: Vec<(usize, usize)>| {
+            // The least and the largest power in each row.
+            let mut spans: Vec<Option<(usize, usize)>> = vec![None; n + 1];
+            for ((row, _), polynomial) in entries {
+                for power in powers(polynomial) {
+                    let (least, most) = spans[*row].unwrap_or((power, power));
+                    spans[*row] = Some((least.min(power), most.max(power)));
+                }
+            }
+            let spans: Vec<(usize, usize)> =
+                spans.into_iter().map(Option::unwrap_or_default).collect();
             // Without the powers that all of a row have.
             let turned = |row: usize, polynomial: &Polynomial| {
                 let (least, most) = spans[row];
@@ -251,6 +270,7 @@ impl Axis<'_> {
                 }
                 turned
             };
+            let divided: usize = lowered.iter().map(|(_, power)| power).sum();
             let entries = entries
                 .iter()
                 .map(|(&(row, column), polynomial)| (row, column, turned(row, polynomial)));
@@ -267,14 +287,19 @@ impl Axis<'_> {
                 },
                 shifts: [n, n + 1].map(|rows| {
                     let powers = spans[..rows].iter();
-                    powers
-                        .map(|span| if backward { span.1 } else { span.0 })
-                        .sum()
+                    let powers = powers.map(|span| if backward { span.1 } else { span.0 });
+                    powers.sum::<usize>() + divided
                 }),
                 orders: orders.clone(),
+                lowered,
             }
         };
-        Some([axis(false), axis(true)])
+        let backward = axis(true, &entries, Vec::new());
+        let forward = match split {
+            Some(split) => axis(false, &split.entries, split.lowered),
+            None => axis(false, &entries, Vec::new()),
+        };
+        Some([forward, backward])
     }
 
     /// From 0 to `end`.
@@ -386,7 +411,14 @@ impl Axis<'_> {
 
     /// The equations of the system alone, which all outputs share.
     fn direct(&self, low: f64, high: f64, centers: &mut Centers) -> Result<Rc<Center>, NoCenter> {
-        let key = (self.n, self.backward, low.to_bits(), high.to_bits());
+        let lowered = self.lowered.clone();
+        let key = (
+            self.n,
+            self.backward,
+            low.to_bits(),
+            high.to_bits(),
+            lowered,
+        );
         if let Some(known) = centers.known.get(&key) {
             return known.clone();
         }
@@ -498,7 +530,7 @@ impl Axis<'_> {
     /// The limit of |H| for x → 0.
     fn at_zero(&self, centers: &mut Centers) -> Option<(f64, f64)> {
         let found = centers.known.iter();
-        let mut found = found.filter(|((n, backward, low, _), _)| {
+        let mut found = found.filter(|((n, backward, low, ..), _)| {
             (*n, *backward, *low) == (self.n, self.backward, 0)
         });
         let center = found.find_map(|(_, center)| center.clone().ok())?;

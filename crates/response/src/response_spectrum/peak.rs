@@ -82,8 +82,78 @@ impl<T: Real> Form<T> {
         });
         let cubic = larger(above[0], above[1]) + T::from(within * (1.0 + SLACK));
         let apart = T::from(self.apart(of, length, from));
-        let least = if apart < cubic { apart } else { cubic };
+        let mut least = if apart < cubic { apart } else { cubic };
+        if let Some(split) = self.split(of, length, from, to).filter(|of| *of < least) {
+            least = split;
+        }
         larger(ends, if least.is_finite() { least } else { apart })
+    }
+
+    /// A bound of an overdamped motion under a straight law from its two parts: what the fast root s₂ leaves, β e^(s₂t), which only
+    /// dies out, and the straight line with α e^(s₁t), which bends no faster than the slow root does. With m = ζ + √(ζ² − 1) the roots
+    /// are −W/m and −Wm, and of free motions α = (v + m p)(1 − κ/m)/(m − 1/m), β = (v + p/m)(κm − 1)/(m − 1/m).
+    fn split(&self, of: &Oscillator, length: f64, from: &Place<T>, to: &Place<T>) -> Option<T> {
+        /// Nearer to critical damping both roots are alike, and shares are large and opposite.
+        const APART: f64 = 1.5;
+        /// More than the roundings of all products here, in units of the digits.
+        const ROUNDINGS: f64 = 64.0;
+        let is_straight = of.turn == 0.0 || from.1.iter().all(|part| part.is_zero());
+        if of.ratio < APART || !is_straight {
+            return None;
+        }
+        let (high, low) = of.parts();
+        let w = T::from(high) + T::from(low);
+        let ratio = T::from(of.ratio);
+        let m = ratio + (ratio * ratio - T::ONE).sqrt();
+        let apart = m - T::ONE / m;
+        let slow_factor = (T::ONE - self.kappa / m) / apart;
+        let fast_factor = (self.kappa * m - T::ONE) / apart;
+        let (twice, double_m) = (2.0 * of.ratio, m.to_f64());
+        // Shares of the two roots, and how far they may be off.
+        let shares = |(z, x): &Place<T>| {
+            let even_p = (T::from(twice) * x[1] / w - x[0]) / w;
+            let even_v = -(x[1] / w) / w;
+            let (p, v) = (z[0] - even_p, z[1] - even_v);
+            let drag = twice * (x[1] / w / w).to_f64().abs();
+            let size_p = z[0].to_f64().abs() + (x[0] / w).to_f64().abs() + drag;
+            let size_v = z[1].to_f64().abs() + drag;
+            let grain = ROUNDINGS * T::unit().to_f64();
+            let slow = slow_factor * (v + m * p);
+            let fast = fast_factor * (v + p / m);
+            let slow_off = grain * slow_factor.to_f64().abs() * (size_v + double_m * size_p);
+            let fast_off = grain * fast_factor.to_f64().abs() * (size_v + size_p / double_m);
+            [(slow, slow_off), (fast, fast_off)]
+        };
+        let [first, last] = [from, to].map(shares);
+        let slow_rate = of.w / double_m;
+        let straight = -(from.1[1] / w).to_f64();
+        // Slopes of the slow part at both ends, and how far they may be off.
+        let slope = |(slow, off): (T, f64)| {
+            let along = -slow_rate * slow.to_f64();
+            let off = SLACK * (straight.abs() + along.abs()) + slow_rate * off;
+            ((straight + along) * length, off * length)
+        };
+        let ((d0, off0), (d1, off1)) = (slope(first[0]), slope(last[0]));
+        let [begin, end] =
+            [(from, first), (to, last)].map(|(place, [_, (fast, _)])| self.value(&place.0) - fast);
+        let rise = (end - begin).to_f64();
+        let size = begin.to_f64().abs() + end.to_f64().abs();
+        let fourth = first[0].0.to_f64().abs() + first[0].1;
+        let within = fourth * (slow_rate * length).powi(4) / 384.0
+            + SLACK * (rise.abs() + d0.abs() + d1.abs())
+            + ROUNDINGS * T::unit().to_f64() * size
+            + off0
+            + off1
+            + 2.0 * (first[1].1 + last[1].1);
+        let above = [1.0, -1.0].map(|sign: f64| {
+            let most = cubic_maximum(sign * rise, sign * d0, sign * d1);
+            // It may be 0 before the part ends.
+            let fast = [first, last].map(|[_, (fast, _)]| T::from(sign) * fast);
+            let fast = larger(larger(fast[0], fast[1]), T::ZERO);
+            T::from(sign) * begin + T::from(most) + fast
+        });
+        let bound = larger(above[0], above[1]) + T::from(within * (1.0 + SLACK));
+        bound.is_finite().then_some(bound)
     }
 
     /// Bounds of the third and fourth derivative: of free motions derivatives do not grow either.

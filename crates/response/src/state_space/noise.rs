@@ -3,7 +3,7 @@
 //! Both are [Gramians](gramian).
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
-use eigentone_modes::System;
+use eigentone_modes::{Bounds, Eigenvalue, Precision, System};
 use faer::MatRef;
 
 use super::asked::Asked;
@@ -65,12 +65,34 @@ pub(super) fn comes_to_rest(system: &System) -> Result<(), StateSpaceError> {
             false => structure.undamped_modes(),
         };
         match counted(undamped) {
+            None if structure.is_reversible() && counted(structure.finite_roots()).is_some() => {
+                "what has no damping".to_owned()
+            }
+            None if grows(system) => "a mode that grows".to_owned(),
             None => return Ok(()),
             Some(1) => "an undamped mode".to_owned(),
             Some(count) => format!("each of {count} undamped modes"),
         }
     };
     Err(StateSpaceError::NotStationary { what })
+}
+
+/// Whether a mode is proved to grow. Where doubles show that all decay there is nothing to prove.
+fn grows(system: &System) -> bool {
+    /// Nearer to the axis doubles may not show on which side a root is.
+    const NEAR: f64 = 1e-9;
+    let is_clear = |root: &Eigenvalue| {
+        let left = root.value.re < -NEAR * root.value.norm();
+        !root.is_doubtful() && left
+    };
+    let quick = system.modes_to(Precision::Double);
+    if quick.is_ok_and(|modes| modes.eigenvalues().iter().all(is_clear)) {
+        return false;
+    }
+    let proven = system.modes().ok();
+    let proven = proven.filter(|modes| modes.bounds() == Bounds::Proven);
+    let grows = |root: &Eigenvalue| root.real_bound.is_some_and(|bound| root.value.re > bound);
+    proven.is_some_and(|modes| modes.eigenvalues().iter().any(grows))
 }
 
 /// The same of an integral over all the time, of which it is the end that digits do not show.

@@ -302,3 +302,35 @@ fn values_of_which_nothing_is_known_are_not_given() {
         assert_eq!(found.displacement()[0].value, 0.0);
     }
 }
+
+/// Steady accelerations with samples 1 s apart, of a damping ratio of 1e4 and less: the largest displacement comes at the end of each,
+/// the largest acceleration within a thousandth of a second of its beginning. The truth by mpmath with 50 digits, from the roots of
+/// λ² + 2ζωλ + ω² = 0.
+#[test]
+fn steady_accelerations_of_overdamped_systems_are_known() {
+    const TRUTH: [(f64, f64, f64, f64); 6] = [
+        (0.1, 1e4, 0.000318289880670026307, 1.00000000249999976),
+        (2.0, 1e4, 0.0000158955108555839619, 1.00000000249999976),
+        (50.0, 1e4, 6.17032150654696087e-7, 1.00000000249999976),
+        (1.0, 30.0, 0.008667794232946029, 1.00027666972420894),
+        (1.0, 2.0, 0.0252978388740218787, 1.04776873250562019),
+        (0.5, 1e8, 6.36619752367581514e-9, 1.00000000000000002),
+    ];
+    let record = Samples {
+        step: 1.0,
+        values: vec![1.0; 5],
+        hold: Hold::First,
+    };
+    for (frequency, ratio, displacement, acceleration) in TRUTH {
+        for precision in [Precision::Double, CERTIFIED] {
+            let found = ResponseSpectrum::of(record.clone(), ratio, &[frequency], precision);
+            let found = found.expect("known");
+            let peaks = [found.displacement()[0], found.acceleration()[0]];
+            for (peak, truth) in peaks.into_iter().zip([displacement, acceleration]) {
+                let off = (peak.value - truth).abs();
+                assert!(off <= peak.bound + 2e-16 * truth, "{peak:?} {truth}");
+                assert!(peak.bound <= 1e-6 * truth, "{peak:?}");
+            }
+        }
+    }
+}

@@ -218,6 +218,38 @@ fn what_does_not_come_to_rest_is_refused_by_name() {
     let what = "each of 2 undamped modes".to_owned();
     assert_eq!(refused, Err(StateSpaceError::NotStationary { what }));
 
+    // Nor do they beside a node without mass, or where they hold up what springs push over.
+    let without_damping = || {
+        Err(StateSpaceError::NotStationary {
+            what: "what has no damping".to_owned(),
+        })
+    };
+    let whirl = faer::mat![[0.0, 5.0, 0.0], [-5.0, 0.0, 0.0], [0.0, 0.0, 0.0]];
+    let rotor = System::builder()
+        .mass("x", 1.0)
+        .mass("y", 1.0)
+        .mass("n", 0.0);
+    let rotor = rotor.spring("x", "n", 4.0).spring(GROUND, "n", 5.0);
+    for stiffness in [3.0, -3.0] {
+        let rotor = rotor
+            .clone()
+            .spring(GROUND, "y", stiffness)
+            .spring(GROUND, "x", stiffness);
+        let rotor = system(rotor.matrix(MatrixKind::Damping, whirl.as_ref()));
+        assert_eq!(
+            RandomVibration::of(&rotor).force("x", 1.0).solve(),
+            without_damping()
+        );
+    }
+
+    // What grows at 1e-14 1/s, through a weighting too.
+    let slow = one(1.0, -2e-14, 100.0);
+    let slow = RandomVibration::of(&slow).force("m", 1.0);
+    let what = "a mode that grows".to_owned();
+    let grows = || Err(StateSpaceError::NotStationary { what: what.clone() });
+    assert_eq!(slow.solve(), grows());
+    assert_eq!(slow.weighted(Weighting::Vertical), grows());
+
     let free = System::builder().mass("a", 1.0).mass("b", 1.0);
     let free = system(free.spring("a", "b", 1.0).damper("a", "b", 1.0));
     let refused = RandomVibration::of(&free).force("a", 1.0).solve();

@@ -71,7 +71,7 @@ pub const ENUMS: [(&str, &str); 29] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 32] = [
+const LEFT_OUT: [(&str, &str); 33] = [
     (
         "CampbellError::Modes",
         "passes on a `ModesError`, all of which are shown or named here",
@@ -111,6 +111,10 @@ const LEFT_OUT: [(&str, &str); 32] = [
     (
         "SwitchingError::Undecided",
         "several dampers that share out what holds a body still are beyond a table",
+    ),
+    (
+        "StateSpaceError::NotShownStationary",
+        "is said of roots of which no digits in reach show on which side of the axis they are",
     ),
     (
         "SwitchingError::Endless",

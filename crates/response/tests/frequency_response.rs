@@ -627,6 +627,23 @@ fn relative_motions_of_free_bodies_are_complete() {
         panic!("{found:?}");
     };
     assert!((gain - PEAKS[0][1]).abs() < 1e-16);
+    // Of many masses, where the magnitude falls from its limit at rest, m_0 over all masses and k, which is not decided by digits there.
+    let long = (0..9).fold(System::builder(), |builder, i| {
+        builder.mass(format!("m{i}"), 1.1 + 0.1 * f64::from(i))
+    });
+    let long = (1..9).fold(long, |builder, i| {
+        let [a, b] = [i - 1, i].map(|i| format!("m{i}"));
+        builder.spring(&a, &b, 33.2).damper(&a, &b, 0.7)
+    });
+    let long = long.build().expect("a system");
+    let asked = FrequencyResponse::of(&long)
+        .from("m1")
+        .output(relative("m0", "m1"));
+    let found = &asked.features(&[1.0, 100.0]).expect("features")[0];
+    assert!(
+        found.is_complete() && found.largest_gain().is_some(),
+        "{found:?}"
+    );
     // A lever that rides on two masses bends nothing at rest either, and what is dragged has one power of Ω in common, not two.
     let ridden = System::builder()
         .mass("a", 2.0)

@@ -243,9 +243,11 @@ impl Features {
             add(f64::INFINITY, turns.limit?);
         }
         if turns.falls_at_first {
-            let value = look(0.0.into(), Asked::Value)?;
-            let size = value.value.norm();
-            add(0.0, (size, value.bound + size * f64::EPSILON));
+            let known = look(0.0.into(), Asked::Value).map(|value| {
+                let size = value.value.norm();
+                (size, value.bound + size * f64::EPSILON)
+            });
+            add(0.0, known.or(turns.start)?);
         }
         largest
     }

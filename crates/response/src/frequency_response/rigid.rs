@@ -11,6 +11,9 @@ use super::dynamic_stiffness::polynomial;
 use super::orders::{Terms, parts};
 use super::power_series::Polynomial;
 
+/// Row and column, and by powers of λ the doubles whose sums stand there.
+type Placed = ((usize, usize), [Vec<f64>; 3]);
+
 /// The equations of n coordinates, bordered by input and output, in Ω.
 pub(super) struct Split {
     pub(super) entries: BTreeMap<(usize, usize), Polynomial>,
@@ -33,7 +36,7 @@ impl Split {
             let turn = |(i, j): (usize, usize)| if transposed { (j, i) } else { (i, j) };
             for vector in free {
                 let (own, others) = vector.split_first()?;
-                let added: Vec<((usize, usize), [Vec<f64>; 3])> = all
+                let added: Vec<Placed> = all
                     .iter()
                     .filter_map(|(place, powers)| {
                         let (along, across) = turn(*place);

@@ -31,6 +31,8 @@ pub(super) struct Turns {
     pub(super) rises_at_last: bool,
     /// Whether H is real at all frequencies, or imaginary.
     pub(super) is_real: bool,
+    /// The limit of |H| for Ω → 0 with its bound, where the equations of motion are regular there.
+    pub(super) start: Option<(f64, f64)>,
     /// The limit for Ω → ∞ with its bound; infinite where that is proved, `None` where it is unknown.
     pub(super) limit: Option<(f64, f64)>,
 }
@@ -128,6 +130,7 @@ pub(super) fn turns(
             falls_at_first: false,
             rises_at_last: true,
             is_real: axes[0].is_real,
+            start: Some((0.0, 0.0)),
             limit: Some((0.0, 0.0)),
         })
     })
@@ -152,6 +155,7 @@ fn covered(
         falls_at_first: !low.rises_at_zero,
         rises_at_last: !high.rises_at_zero,
         is_real: forward.is_real,
+        start: forward.at_zero(centers),
         limit: backward.at_zero(centers),
     })
 }
@@ -530,10 +534,14 @@ impl Axis<'_> {
     /// The limit of |H| for x → 0.
     fn at_zero(&self, centers: &mut Centers) -> Option<(f64, f64)> {
         let found = centers.known.iter();
-        let mut found = found.filter(|((n, backward, low, ..), _)| {
-            (*n, *backward, *low) == (self.n, self.backward, 0)
+        let mut found = found.filter(|((n, backward, low, _, lowered), _)| {
+            (*n, *backward, *low) == (self.n, self.backward, 0) && *lowered == self.lowered
         });
         let center = found.find_map(|(_, center)| center.clone().ok())?;
+        if self.power < 0 {
+            // h is finite there.
+            return Some((0.0, 0.0));
+        }
         let power = usize::try_from(self.power).ok()?;
         let mut series = self.series(&center, false, power + 1, f64::INFINITY);
         self.clear(&mut series, false);

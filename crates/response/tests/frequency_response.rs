@@ -182,10 +182,6 @@ fn undamped_peaks_are_poles_and_dips_are_zeros() {
 /// Where no spring reaches the ground, the equations are singular at 0, and yet what does not run away has a value there.
 #[test]
 fn functions_that_are_finite_at_0_have_values_there() {
-    let pull = |element: &str| Combination {
-        name: "pull".to_owned(),
-        of: Sum::Pull(element.to_owned()),
-    };
     let at_0 = |asked: FrequencyResponse<'_>| -> Vec<FrequencyValue> {
         let found = asked.at(&[0.0]).expect("in range");
         assert_eq!(found.bounds(), Bounds::Proven);
@@ -216,7 +212,7 @@ fn functions_that_are_finite_at_0_have_values_there() {
         asked
             .to("a")
             .to("b")
-            .output(relative("a", "b"))
+            .output(between("relative", Quantity::Displacement, "b", "a"))
             .output(pull("drag"))
     };
     let velocities = at_0(asked(Quantity::Velocity));
@@ -237,7 +233,7 @@ fn functions_that_are_finite_at_0_have_values_there() {
             asked
                 .to("a")
                 .to("b")
-                .output(relative("a", "b"))
+                .output(between("relative", Quantity::Displacement, "b", "a"))
                 .loss_factors([loss])
         };
         let accelerations = at_0(asked(Quantity::Acceleration));
@@ -588,15 +584,6 @@ fn peaks_of_finite_elements_are_complete() {
     }
 }
 
-/// How far a is beyond b.
-fn relative(a: &str, b: &str) -> Combination {
-    let moves = |name: &str, factor: f64| (Quantity::Displacement, name.to_owned(), factor);
-    Combination {
-        name: "relative".to_owned(),
-        of: Sum::Motions(vec![moves(a, 1.0), moves(b, -1.0)]),
-    }
-}
-
 /// What moves apart in a free chain, from one end to the stretch of a spring, is complete: peaks and the dip by mpmath with 40 digits,
 /// and m_b + m_c over all masses and k at rest.
 #[test]
@@ -613,7 +600,7 @@ fn relative_motions_of_free_bodies_are_complete() {
     let chain = chain.damper("a", "b", 0.5).damper("b", "c", 0.3);
     let chain = chain.build().expect("a system");
     let asked = FrequencyResponse::of(&chain).from("a");
-    let asked = asked.output(relative("a", "b"));
+    let asked = asked.output(between("relative", Quantity::Displacement, "b", "a"));
     let found = asked.features(&[1.0, 100.0]).expect("features");
     let found = &found[0];
     assert!(found.is_complete());
@@ -636,9 +623,12 @@ fn relative_motions_of_free_bodies_are_complete() {
         builder.spring(&a, &b, 33.2).damper(&a, &b, 0.7)
     });
     let long = long.build().expect("a system");
-    let asked = FrequencyResponse::of(&long)
-        .from("m1")
-        .output(relative("m0", "m1"));
+    let asked = FrequencyResponse::of(&long).from("m1").output(between(
+        "relative",
+        Quantity::Displacement,
+        "m1",
+        "m0",
+    ));
     let found = &asked.features(&[1.0, 100.0]).expect("features")[0];
     assert!(
         found.is_complete() && found.largest_gain().is_some(),
@@ -661,7 +651,9 @@ fn relative_motions_of_free_bodies_are_complete() {
             .damper(GROUND, "b", drag);
         let ridden = ridden.build().expect("a system");
         let asked = FrequencyResponse::of(&ridden).from("a");
-        let found = asked.output(relative("p", "c")).features(&[1.0, 100.0]);
+        let found = asked
+            .output(between("relative", Quantity::Displacement, "c", "p"))
+            .features(&[1.0, 100.0]);
         let found = &found.expect("features")[0];
         assert!(found.is_complete(), "{drag}");
         assert!(matches!(
@@ -691,12 +683,11 @@ fn what_cancels_everywhere_is_0() {
         .build();
     let pair = pair.expect("a system");
     let nearly = [("c", 1.0), ("n", -1.0)];
-    let half = nearly.map(|(name, factor)| (Quantity::Velocity, name.to_owned(), factor));
+    let half = nearly.map(|(name, factor)| (Quantity::Velocity, name, factor));
     let asked = FrequencyResponse::of(&pair).from("c");
-    let asked = asked.output(relative("a", "b")).output(Combination {
-        name: "half".to_owned(),
-        of: Sum::Motions(half.to_vec()),
-    });
+    let asked = asked
+        .output(between("relative", Quantity::Displacement, "b", "a"))
+        .output(sum("half", &half));
     let found = asked.features(&[1.0, 100.0]).expect("features");
     let is_nothing = |found: &Features| {
         let gain = found.largest_gain();

@@ -1,6 +1,7 @@
 //! Proven discs for all roots of the quadratic eigenproblem. It knows `first_order`, `model`, `modes`, `structure` and
 //! `system`.
 
+mod approximate_inverse;
 pub(crate) mod bounded_shape;
 pub(crate) mod classical;
 pub(crate) mod congruence;
@@ -80,8 +81,8 @@ impl Approximation<'_> {
 }
 
 /// Proves a disc for each of the nonzero finite roots, given approximations of all of them (conjugates included), and the decimal
-/// digits that took, by not many more than `most_work` operations; `None` where the count of roots is not known or no proof was
-/// reached.
+/// digits that took: one by one, or by determinants with not many more than `most_work` operations; `None` where the count of roots
+/// is not known or no proof was reached.
 pub(crate) fn certify(
     system: &System,
     approximations: &[Approximation<'_>],
@@ -142,7 +143,8 @@ pub(crate) fn certify(
     let contracted = job.contracted(unit, &start, &shapes);
     let (mut found, digits) = match contracted {
         Some(found) => (found, decimal_digits(2)),
-        None => job.levels(unit, &start, most_work)?,
+        None if most_work > 0.0 => job.levels(unit, &start, most_work)?,
+        None => return None,
     };
     for disc in &mut found {
         for member in &mut disc.members {
@@ -269,6 +271,9 @@ impl Job<'_> {
         start: &[Complex<f64>],
         shapes: &[&[Complex<f64>]],
     ) -> Option<Vec<Certified>> {
+        if shapes.iter().any(|shape| shape.is_empty()) {
+            return None;
+        }
         let (precise, _) = self.pencil.precise::<DoubleDouble>(unit);
         let equations = Equations::of(&precise)?;
         let goal = self.goal(0);

@@ -20,10 +20,10 @@ use super::roots::{Root, collect, collect_proven};
 use super::springless::with_dampers_for_springs;
 use super::{classical, rigid};
 
-/// Above this many coordinates the O(n⁴) of a determinant at every root is too expensive.
+/// Above this many coordinates the O(n⁴) of an elimination at every root is too expensive.
 const LARGEST: usize = 64;
 
-/// Below this many it is as quick as what takes O(n³).
+/// Below this many determinants with 32 digits are as quick as what takes O(n³).
 const SMALLEST: usize = 24;
 
 /// So many operations may go into determinants: some seconds.
@@ -216,7 +216,13 @@ fn proof(question: &Question<'_>) -> Option<Proof> {
     // Where all shapes are real, pairs of them know no more.
     let undamped = best.is_some() && question.system.structure().is_undamped();
     if n >= SMALLEST && is_open(&best) && !undamped {
-        best = better(best, by_pairs(question));
+        let one_by_one = (n <= LARGEST)
+            .then(|| in_discs(question, &moving(question.modes), 0.0))
+            .flatten();
+        best = better(best, one_by_one);
+        if is_open(&best) {
+            best = better(best, by_pairs(question));
+        }
     }
     // What damping by modes leaves open, such as a pair at a ratio of 1, the rounding of its matrix would decide.
     let rounded = best.is_some() && question.system.structure().is_by_modes();
@@ -269,23 +275,25 @@ fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Pro
     let is_vague = |root: &Root| root.repeats != Some(Repeats::SIMPLE) && width(root) > tolerance;
     let known = known.filter(|known| !known.roots.iter().any(is_vague));
     if let Some(known) = known {
-        return in_discs(system, &known.roots, tolerance);
+        return in_discs(question, &known.roots, MOST_WORK);
     }
-    let about = |modes: &[Mode]| {
-        let root = |mode: &Mode| Root {
-            count: mode.roots(),
-            error: mode.eigenvalue().bound.map(|bound| (bound, f64::INFINITY)),
-            ..Root::simple(mode.eigenvalue().value, mode.shape().to_vec())
-        };
-        let moving = modes
-            .iter()
-            .filter(|mode| mode.eigenvalue().value.norm() > 0.0);
-        let roots: Vec<Root> = moving.map(root).collect();
-        in_discs(system, &roots, tolerance)
-    };
+    let about = |modes: &[Mode]| in_discs(question, &moving(modes), MOST_WORK);
     about(question.modes)
         .or_else(|| about(&uncoupled(solver, system)?))
         .or_else(|| about(collect(solver, system, lone_roots(system)).as_slice()))
+}
+
+/// The roots of modes that are not at rest.
+fn moving(modes: &[Mode]) -> Vec<Root> {
+    let root = |mode: &Mode| Root {
+        count: mode.roots(),
+        error: mode.eigenvalue().bound.map(|bound| (bound, f64::INFINITY)),
+        ..Root::simple(mode.eigenvalue().value, mode.shape().to_vec())
+    };
+    let moving = modes
+        .iter()
+        .filter(|mode| mode.eigenvalue().value.norm() > 0.0);
+    moving.map(root).collect()
 }
 
 /// Of an undamped system, by its shapes.
@@ -390,8 +398,8 @@ fn paired(system: &System, modes: &[Mode], slow: Option<&Slow>, tolerance: f64) 
 }
 
 /// Of any system, by discs about approximate roots, until those that are not within the tolerance yet are.
-fn in_discs(system: &System, known: &[Root], tolerance: f64) -> Option<Proof> {
-    let (found, digits) = discs(system, known, tolerance, MOST_WORK)?;
+fn in_discs(question: &Question<'_>, known: &[Root], most_work: f64) -> Option<Proof> {
+    let (found, digits) = discs(question.system, known, question.tolerance, most_work)?;
     Some(Proof {
         roots: found.into_iter().flat_map(|disc| disc.roots).collect(),
         claim: format!(

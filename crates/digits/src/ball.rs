@@ -65,6 +65,12 @@ impl<T: Real> Ball<T> {
         self.middle.lower().minus(self.radius)
     }
 
+    /// Whether it is 0, exactly.
+    #[inline]
+    pub fn is_zero(self) -> bool {
+        self.radius.is_zero() && self.middle.re.is_zero() && self.middle.im.is_zero()
+    }
+
     /// Whether 0 may lie in the ball: `false` is a proof that it does not.
     pub fn contains_zero(self) -> bool {
         self.lower().is_zero()
@@ -237,6 +243,7 @@ mod tests {
         let (upper, lower, square) = (ball.upper().exact(), ball.lower().exact(), point.square());
         prop_assert!(square <= &upper * &upper && square >= &lower * &lower);
         prop_assert!(ball.contains_zero() || square.is_positive());
+        prop_assert_eq!(ball.is_zero(), ball.upper().is_zero());
         Ok(())
     }
 

@@ -299,7 +299,7 @@ impl<T: Real> March<'_, '_, T> {
         Ok(rests)
     }
 
-    /// Whether another rigid stop at its limit presses against this one, whatever blows there are between them: these act the opposite
+    /// Whether another rigid stop at its limit presses against this one, whatever impulses there are between them: these act the opposite
     /// way on all masses, and the two gaps close together, as supports move.
     fn is_jammed(&self, switch: usize) -> bool {
         /// Of rounding in directions.

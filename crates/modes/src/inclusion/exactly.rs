@@ -19,7 +19,7 @@ pub(crate) fn middle<T: Real>(ball: Ball<T>) -> Ball<T> {
 
 /// 2^power times the ball.
 pub(crate) fn scaled<T: Real>(ball: Ball<T>, power: i64) -> Ball<T> {
-    if is_zero(ball) {
+    if ball.is_zero() {
         return ball;
     }
     let radius = ball.radius() * Magnitude::power_of_two(power) + T::floor();
@@ -36,11 +36,6 @@ pub(crate) fn terms<T: Real>(mut value: T) -> Terms {
         value = value - T::from(term);
         term
     })
-}
-
-/// Whether it is exactly 0.
-pub(crate) fn is_zero<T: Real>(ball: Ball<T>) -> bool {
-    ball.upper().is_zero()
 }
 
 /// An upper bound of |z|, as a double.

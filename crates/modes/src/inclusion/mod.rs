@@ -292,7 +292,7 @@ impl Job<'_> {
                 }
                 _ => {
                     let shape = precise.in_units(shapes[i])?;
-                    let is_close = |root| goal.meets(&disc(root));
+                    let is_close = |root| goal.meets(&[i], root);
                     let found = equations.solve(Approximate { root: *root, shape }, is_close)?;
                     discs.push(disc(found.root));
                     known.push(precise.in_coordinates(&found.shape));

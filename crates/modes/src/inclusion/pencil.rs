@@ -7,7 +7,7 @@ use eigentone_digits::{Ball, Magnitude, Real, WideComplex};
 
 use num_complex::Complex;
 
-use super::exactly::{is_zero, lower, middle, real, scaled, upper};
+use super::exactly::{lower, middle, real, scaled, upper};
 
 /// A number with a power of two apart, so that long products stay within range.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +62,7 @@ impl<T: Real> Scaled<T> {
 
     /// The ball itself, or `None` out of range or where nothing is known of it.
     pub(crate) fn value(self) -> Option<Ball<T>> {
-        if is_zero(self.ball) {
+        if self.ball.is_zero() {
             return Some(self.ball);
         }
         // However small its power of two, it may be anything.
@@ -249,7 +249,7 @@ impl<T: Real> PencilIn<T> {
         let n = self.n;
         let mut matrix = vec![Ball::ZERO; n * n];
         for (row, column, [zero, one, two]) in &self.entries {
-            let value = if is_zero(*two) {
+            let value = if two.is_zero() {
                 *zero + *one * mu
             } else {
                 *zero + (*one + *two * mu) * mu
@@ -286,7 +286,7 @@ impl<T: Real> PencilIn<T> {
             let mut sum = Ball::ZERO;
             for (j, entry) in ordered.iter().enumerate().skip(i + 1) {
                 let factor = at(i, j);
-                if !is_zero(factor) {
+                if !factor.is_zero() {
                     sum = sum + factor * *entry;
                 }
             }
@@ -303,7 +303,7 @@ impl<T: Real> PencilIn<T> {
     pub(crate) fn in_coordinates(&self, x: &[Ball<T>]) -> Vec<Ball<T>> {
         let power = |(x, exponent): (&Ball<T>, &i32)| x.upper().exponent() - i64::from(*exponent);
         let sized = x.iter().zip(&self.exponents);
-        let sized = sized.filter(|(x, _)| !is_zero(**x));
+        let sized = sized.filter(|(x, _)| !x.is_zero());
         let largest = sized.map(power).max().unwrap_or(0);
         let each = x.iter().zip(&self.exponents);
         each.map(|(x, exponent)| scaled(*x, -largest - i64::from(*exponent)))
@@ -331,7 +331,7 @@ impl<T: Real> PencilIn<T> {
         let (mut rest, mut slope) = (vec![Ball::ZERO; self.n], Ball::ZERO);
         for (row, column, [zero, one, two]) in &self.entries {
             let w = middle(left[*row]);
-            let (value, steep) = if is_zero(*two) {
+            let (value, steep) = if two.is_zero() {
                 (*zero + *one * z, *one)
             } else {
                 (*zero + (*one + *two * z) * z, *one + *two * sum)
@@ -403,11 +403,11 @@ impl<T: Real> Eliminated<T> {
             let tail: Vec<usize> = columns[step + 1..]
                 .iter()
                 .copied()
-                .filter(|column| !is_zero(matrix[rows[step] * n + column]))
+                .filter(|column| !matrix[rows[step] * n + column].is_zero())
                 .collect();
             for row in rows[step + 1..].iter().copied() {
                 let below = matrix[row * n + columns[step]];
-                if is_zero(below) {
+                if below.is_zero() {
                     continue;
                 }
                 let factor = below

@@ -53,7 +53,7 @@ pub(super) fn roots(modes: &[Modal]) -> Option<Vec<Damped>> {
     for (owner, mode) in modes.iter().enumerate() {
         let found = match mode.sigma {
             Some(sigma) => pair(mode.gamma, sigma)?,
-            None if mode.gamma.upper().is_zero() => Vec::new(),
+            None if mode.gamma.is_zero() => Vec::new(),
             None if mode.gamma.contains_zero() => return None,
             None => vec![Disc::real(-mode.gamma)],
         };

@@ -32,16 +32,15 @@ pub(crate) struct Goal<'a> {
 }
 
 impl Goal<'_> {
-    /// Whether the disc is small enough, or holds no root that is wanted: half of the tolerance, which leaves the other half for the
+    /// Whether the disc of some points is small enough, or holds no root that is wanted: half of the tolerance, which leaves the other half for the
     /// rounding to double.
-    pub(crate) fn meets<T: Real>(&self, disc: &Inclusion<T>) -> bool {
-        if !disc.members.iter().any(|member| self.wanted[*member]) {
+    pub(crate) fn meets<T: Real>(&self, members: &[usize], centre: Ball<T>) -> bool {
+        if !members.iter().any(|member| self.wanted[*member]) {
             return true;
         }
-        let centre = disc.centre;
         let size = size(centre);
         let radius = radius(centre);
-        if disc.members.len() > 1 {
+        if members.len() > 1 {
             return radius <= self.limit * size;
         }
         let whole = radius <= 0.25 * self.tolerance * size;
@@ -73,7 +72,10 @@ pub(crate) fn refine<T: Real>(
         }
         let groups = points.groups();
         if let Some(discs) = points.include(&groups) {
-            if discs.iter().all(|disc| goal.meets(disc)) {
+            if discs
+                .iter()
+                .all(|disc| goal.meets(&disc.members, disc.centre))
+            {
                 return Level::Done(discs);
             }
             if best.as_ref().is_none_or(|(best, _)| is_finer(&discs, best)) {

@@ -83,7 +83,7 @@ impl<T: Real> Factor<T> {
     pub(super) fn solve(&self, mut right: Vec<Ball<T>>) -> Vec<Ball<T>> {
         for equation in &self.equations {
             let own = right[equation.row];
-            if !is_zero(own) {
+            if !own.is_zero() {
                 for &(row, factor) in &equation.below {
                     right[row] = right[row] - factor * own;
                 }
@@ -91,7 +91,7 @@ impl<T: Real> Factor<T> {
         }
         let mut x = vec![Ball::ZERO; right.len()];
         for equation in self.equations.iter().rev() {
-            let known = equation.others.iter().filter(|(j, _)| !is_zero(x[*j]));
+            let known = equation.others.iter().filter(|(j, _)| !x[*j].is_zero());
             let rest = known.fold(right[equation.row], |rest, (j, entry)| {
                 rest - *entry * x[*j]
             });
@@ -143,14 +143,9 @@ fn less<T: Real>(row: &Row<T>, pivot: &Row<T>, factor: Ball<T>) -> Row<T> {
 
 /// 2^power times the ball.
 pub(super) fn scaled<T: Real>(ball: Ball<T>, power: i64) -> Ball<T> {
-    if is_zero(ball) {
+    if ball.is_zero() {
         return ball;
     }
     let radius = ball.radius() * Magnitude::power_of_two(power) + T::floor() * Magnitude::from(2.0);
     Ball::new(ball.middle().scale(power), radius)
-}
-
-/// Whether it is exactly 0.
-fn is_zero<T: Real>(ball: Ball<T>) -> bool {
-    ball.upper().is_zero()
 }

@@ -233,7 +233,7 @@ impl ModalSum {
         }
         let powers = [0, 1, 2].map(|order| frequency.power::<T>(order));
         let rates = super::dynamic_stiffness::slopes(frequency);
-        let with = |sum: Ball<T>, part: Ball<T>, power| match part.upper().is_zero() {
+        let with = |sum: Ball<T>, part: Ball<T>, power| match part.is_zero() {
             true => sum,
             false => sum + part * power,
         };
@@ -335,7 +335,7 @@ impl<T: Real> At<'_, T> {
     pub(super) fn slope(&self, x: &[Ball<T>]) -> Vec<Ball<T>> {
         let mut product = vec![Ball::ZERO; x.len()];
         for &(row, column, slope) in &self.slopes {
-            if !slope.upper().is_zero() {
+            if !slope.is_zero() {
                 product[row] = product[row] + slope * x[column];
             }
         }
@@ -461,7 +461,7 @@ impl Products {
         let mut rows = [(); 3].map(|()| vec![Vec::new(); n]);
         for (row, column, parts) in entries {
             for (rows, part) in rows.iter_mut().zip(parts) {
-                if !part.upper().is_zero() {
+                if !part.is_zero() {
                     rows[*row].push((*column, part.middle().re));
                 }
             }

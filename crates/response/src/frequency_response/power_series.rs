@@ -77,10 +77,10 @@ impl Center {
         let mut changes = Vec::new();
         for (row, column, [value, first, second]) in &local {
             let power = down(*row, *column);
-            if !value.upper().is_zero() {
+            if !value.is_zero() {
                 rows[*row].push((*column, scaled(*value, power)));
             }
-            if !first.upper().is_zero() || !second.upper().is_zero() {
+            if !first.is_zero() || !second.is_zero() {
                 let changed = [*first, *second].map(|change| scaled(change, power));
                 changes.push((*row, *column, changed));
             }
@@ -264,9 +264,9 @@ impl Center {
             };
             for (row, column, changes) in &self.changes {
                 let changes = changes.iter().enumerate();
-                for (order, change) in changes.filter(|(_, change)| !change.upper().is_zero()) {
+                for (order, change) in changes.filter(|(_, change)| !change.is_zero()) {
                     let before = k.checked_sub(order + 1).map(|k| solutions[k][*column]);
-                    if let Some(before) = before.filter(|before| !before.upper().is_zero()) {
+                    if let Some(before) = before.filter(|before| !before.is_zero()) {
                         right[*row] = right[*row] - *change * before;
                     }
                 }
@@ -278,7 +278,7 @@ impl Center {
             for (column, parts) in &output {
                 for (order, part) in parts.iter().enumerate().take(k + 1) {
                     let y = solutions[k - order][*column];
-                    if !part.upper().is_zero() && !y.upper().is_zero() {
+                    if !part.is_zero() && !y.is_zero() {
                         sum = plus(sum, *part * y);
                     }
                 }
@@ -286,17 +286,15 @@ impl Center {
             sum
         });
         let coefficients: Vec<Number> = coefficients.collect();
-        let solved = forces.map(
-            |force| match force.iter().any(|part| !part.upper().is_zero()) {
-                true => self
-                    .factor
-                    .solve(force)
-                    .into_iter()
-                    .map(Ball::upper)
-                    .collect(),
-                false => vec![Magnitude::ZERO; n],
-            },
-        );
+        let solved = forces.map(|force| match force.iter().any(|part| !part.is_zero()) {
+            true => self
+                .factor
+                .solve(force)
+                .into_iter()
+                .map(Ball::upper)
+                .collect(),
+            false => vec![Magnitude::ZERO; n],
+        });
         // A polynomial's parts, with ρ over 2^shift.
         let narrowed = |parts: [Magnitude; 3], shift: i64| {
             let mut power = 0;
@@ -355,7 +353,7 @@ pub(super) fn real(value: f64) -> Number {
 
 /// The product with a double, 0 where one of the two is.
 pub(super) fn times(value: Number, factor: f64) -> Number {
-    match factor == 0.0 || value.upper().is_zero() {
+    match factor == 0.0 || value.is_zero() {
         true => Number::ZERO,
         false => value * factor,
     }
@@ -363,7 +361,7 @@ pub(super) fn times(value: Number, factor: f64) -> Number {
 
 /// The sum, without a rounding where one of the two is 0.
 fn plus(a: Number, b: Number) -> Number {
-    match (a.upper().is_zero(), b.upper().is_zero()) {
+    match (a.is_zero(), b.is_zero()) {
         (true, _) => b,
         (_, true) => a,
         _ => a + b,

@@ -190,7 +190,7 @@ impl Axis<'_> {
             let entry = entries.entry(at).or_insert([Number::ZERO; 3]);
             let slot = entry.get_mut(usize::try_from(power).ok()?)?;
             let value = value * sign;
-            *slot = match slot.upper().is_zero() {
+            *slot = match slot.is_zero() {
                 true => value,
                 false => *slot + value,
             };
@@ -236,7 +236,7 @@ impl Axis<'_> {
         let split = split.and_then(|terms| Split::of(n, terms, block.free()));
         let orders = Rc::new(Orders::of(n, exact));
         let powers = |polynomial: &Polynomial| {
-            let known = polynomial.each_ref().map(|part| !part.upper().is_zero());
+            let known = polynomial.each_ref().map(|part| !part.is_zero());
             (0..3usize).filter(move |power| known[*power])
         };
         // Without dampers all is a function of Ω² too, if all powers of a row are even or all odd.
@@ -514,7 +514,7 @@ impl Axis<'_> {
     /// Makes the first coefficients at 0 what they are exactly, where they might be 0.
     fn clear(&self, series: &mut PowerSeries, inverse: bool) {
         let mut known = series.coefficients.iter();
-        let first = known.find(|coefficient| !coefficient.upper().is_zero());
+        let first = known.find(|coefficient| !coefficient.is_zero());
         if first.is_none_or(|coefficient| !coefficient.contains_zero()) {
             return;
         }
@@ -546,10 +546,7 @@ impl Axis<'_> {
         let mut series = self.series(&center, false, power + 1, f64::INFINITY);
         self.clear(&mut series, false);
         let (before, own) = series.coefficients.split_at(power);
-        if before
-            .iter()
-            .any(|coefficient| !coefficient.upper().is_zero())
-        {
+        if before.iter().any(|coefficient| !coefficient.is_zero()) {
             return None;
         }
         let size = own.first()?.middle().norm();
@@ -641,7 +638,7 @@ impl Slope {
         // The square of the bound holds for what |h|² is at complex t too.
         let largest = series.largest * Magnitude::power_of_two(-down);
         let square = |k: usize| {
-            let pairs = (0..=k).filter(|i| !h[*i].upper().is_zero() && !h[k - i].upper().is_zero());
+            let pairs = (0..=k).filter(|i| !h[*i].is_zero() && !h[k - i].is_zero());
             let sum = pairs.fold(Number::ZERO, |sum, i| sum + h[i] * conj(h[k - i]));
             at_most(sum, largest * largest)
         };
@@ -662,7 +659,7 @@ impl Slope {
             }
         });
         let slope: Vec<Number> = slope.collect();
-        let first = slope.iter().position(|value| !value.upper().is_zero());
+        let first = slope.iter().position(|value| !value.is_zero());
         // Powers of t divide it where t ≥ 0.
         let first = if x == 0.0 { first } else { first.map(|_| 0) };
         let double = |value: &Number| {

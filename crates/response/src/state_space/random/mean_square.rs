@@ -315,7 +315,7 @@ impl<T: Real> Moments<T> {
         }
         for (at, coefficient) in coefficients.into_iter().enumerate() {
             let k = 2 * (at as i32 + LEAST);
-            if coefficient.upper().is_zero() {
+            if coefficient.is_zero() {
                 continue;
             }
             let term = power(high, k + 1)? + -power(low, k + 1)?;

@@ -64,13 +64,15 @@ impl Equations {
     /// `None` where a coefficient is not known to the digits of a double-double.
     pub(super) fn of(pencil: &PencilIn<DoubleDouble>) -> Option<Equations> {
         const DIGITS: f64 = 1.0 / (1u128 << 90) as f64;
+        /// All coefficients of a row come to less than the floor.
+        const NOTHING: f64 = 1e-290;
         let mut parts = [const { Vec::new() }; 3];
         let mut uncertain = 0f64;
         for (row, column, coefficients) in pencil.entries() {
             for (part, ball) in parts.iter_mut().zip(coefficients) {
                 let (value, radius) = (ball.middle().re, ball.radius().to_f64());
                 let size = value.to_f64().abs();
-                if radius > FLOOR {
+                if radius > NOTHING {
                     uncertain = uncertain.max(radius / size);
                 }
                 if size > 0.0 {
@@ -155,7 +157,8 @@ impl Equations {
             });
             let terms: Vec<f64> = terms.collect();
             let mut reached = inverse.sizes(&terms, e);
-            reached.iter_mut().for_each(|bound| *bound *= UPWARD);
+            let upward = |bound: &mut f64| *bound = *bound * UPWARD + f64::MIN_POSITIVE;
+            reached.iter_mut().for_each(upward);
             reached
         };
         let mut all: Vec<f64> = step.iter().map(|d| size(*d)).collect();
@@ -387,6 +390,22 @@ mod tests {
                 prop_assert!(at_rest || known.iter().any(meets), "{:?} of {known:?}", found.root);
             }
         }
+    }
+
+    /// λ = 0 is none of the roots that are sought, though it is one of the system.
+    #[test]
+    fn a_root_at_rest_stands_for_no_other() {
+        let system = row(&[2.0], &[0.0, 0.0], &[3.0, 0.0], None).expect("a system");
+        let prove = |value: f64| {
+            let start = Approximation {
+                value: value.into(),
+                is_wanted: false,
+                shape: &[Complex::ONE],
+            };
+            certify(&system, &[start], 1e-15, 0.0)
+        };
+        assert!(prove(-1.5).is_some());
+        assert!(prove(1e-9).is_none());
     }
 
     /// Two approximations of one root leave another without any.

@@ -302,7 +302,7 @@ impl Job<'_> {
                 }
             }
         }
-        if !are_apart(&discs) {
+        if !are_apart(&discs) || !useful(&discs) {
             return None;
         }
         let mut found = self.proven(&discs, unit)?;
@@ -554,7 +554,7 @@ fn are_apart(discs: &[Inclusion<DoubleDouble>]) -> bool {
     !pairs.any(|(i, j)| meets(&discs[i], &discs[j]))
 }
 
-/// Whether every disc gives at least the size of its roots to some digits.
+/// Whether every disc gives at least the size of its roots to some digits, and so holds none at 0.
 fn useful<T: Real>(discs: &[Inclusion<T>]) -> bool {
     discs
         .iter()

@@ -14,7 +14,7 @@ rounding to double; where there is none they are NaN. ``bounds`` says whether th
 import json as _json
 import os as _os
 import warnings as _warnings
-from dataclasses import dataclass as _dataclass
+from dataclasses import dataclass as _dataclass, fields as _fields
 from decimal import Decimal as _Decimal
 from numbers import Complex as _Complex, Real as _Real
 from typing import Dict, List, Tuple
@@ -280,9 +280,15 @@ def _names(given, what):
     return names
 
 
+_OF_MODES = tuple(field.name for field in _fields(Modes))
+
+
 def _modes(answer):
     roots, of_modes, bounds, complete = answer
-    return Modes(*roots, *of_modes, bounds, complete)
+    made = object.__new__(Modes)
+    # All fields at once: a frozen dataclass sets them one by one, which takes longer than one mode.
+    made.__dict__.update(zip(_OF_MODES, (*roots, *of_modes, bounds, complete)))
+    return made
 
 
 def modes(system, C=None, K=None, *, precision="certified"):

@@ -81,9 +81,9 @@ impl FirstOrder {
     /// Of a system in which every coordinate has mass.
     fn without_massless(system: &System) -> Result<FirstOrder, FirstOrderError> {
         let n = system.len();
-        let mass = match is_lumped(system) {
-            true => Some(Factored::Diagonal(system.masses().to_vec())),
-            false => Factored::of(system.mass_matrix().as_ref()),
+        let mass = match system.added(MatrixKind::Mass) {
+            None => Some(Factored::Diagonal(system.masses().to_vec())),
+            Some(_) => Factored::of(system.mass_matrix().as_ref()),
         };
         let mass = mass.ok_or(FirstOrderError::SingularMass)?;
         let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
@@ -240,9 +240,20 @@ impl FirstOrder {
     }
 }
 
-/// Whether every coordinate has a lumped mass, and there is no other inertia.
+/// Whether M is diagonal, with a mass at every coordinate.
 fn is_lumped(system: &System) -> bool {
-    system.added(MatrixKind::Mass).is_none() && system.masses().iter().all(|mass| *mass > 0.0)
+    let masses = system.masses();
+    let Some(matrix) = system.added(MatrixKind::Mass) else {
+        return masses.iter().all(|mass| *mass > 0.0);
+    };
+    let mut columns = matrix.col_iter().enumerate();
+    columns.all(|(j, column)| {
+        let mut entries = column.iter().enumerate();
+        entries.all(|(i, entry)| match i == j {
+            true => *entry > 0.0 && masses[j] >= 0.0,
+            false => *entry == 0.0,
+        })
+    })
 }
 
 /// A square matrix ready to be divided by: by its diagonal where it has nothing else.

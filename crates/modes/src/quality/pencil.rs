@@ -394,10 +394,13 @@ impl Sparse {
         const FULL: usize = 8;
         let n = matrix.nrows();
         let filled = |column: ColRef<'_, f64>| column.iter().filter(|x| **x != 0.0).count();
-        if n * n > FEW && FULL * matrix.col_iter().map(filled).sum::<usize>() > n * n {
+        let count = matrix.col_iter().map(filled).sum();
+        if n * n > FEW && FULL * count > n * n {
             return None;
         }
-        let (mut starts, mut rows, mut entries) = (vec![0], Vec::new(), Vec::new());
+        let mut starts = Vec::with_capacity(n + 1);
+        let (mut rows, mut entries) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        starts.push(0);
         for j in 0..n {
             for (i, entry) in matrix.col(j).iter().enumerate() {
                 if *entry != 0.0 {

@@ -10,7 +10,7 @@ use crate::inclusion::{
     Approximation, at_rest, certify, classical as classically, congruence, pairs, rayleigh,
     shapes_at, springless,
 };
-use crate::modes::{Bounds, Mode, Modes, Repeats};
+use crate::modes::{Bounds, Mode, ModePlan, Modes, Repeats};
 use crate::quality::real_forms::Entries;
 use crate::system::System;
 
@@ -97,12 +97,32 @@ pub(crate) fn certified(
         }
         roots.extend(still);
     }
-    let mut plan = modes.plan;
+    with_plan(modes.plan, &claim, collect_proven(solver, system, roots))
+}
+
+fn with_plan(mut plan: ModePlan, claim: &str, modes: Modes) -> Modes {
     plan.bounds = format!("proven: {claim}");
-    Modes {
-        plan,
-        ..collect_proven(solver, system, roots)
+    Modes { plan, ..modes }
+}
+
+/// The modes of few coordinates, none of which is at rest, from their roots as a solver leaves them: the proof improves what it
+/// proves. `None` where it proves not every root to be simple and within the tolerance.
+pub(crate) fn one_by_one(
+    solver: &dyn ModeSolver,
+    plan: ModePlan,
+    system: &System,
+    roots: &[Root],
+    tolerance: f64,
+) -> Option<Modes> {
+    if system.len() >= SMALLEST {
+        return None;
     }
+    let proof = in_discs(system, roots, tolerance, 0.0)?;
+    if proof.roots.iter().any(|root| root.shape_bound.is_none()) {
+        return None;
+    }
+    let modes = collect_proven(solver, system, proof.roots);
+    Some(with_plan(plan, &proof.claim, modes))
 }
 
 /// The modes of a system that doubles do not solve, from no more than guesses at the sizes of its roots; `None` where
@@ -217,7 +237,14 @@ fn proof(question: &Question<'_>) -> Option<Proof> {
     let undamped = best.is_some() && question.system.structure().is_undamped();
     if n >= SMALLEST && is_open(&best) && !undamped {
         let one_by_one = (n <= LARGEST)
-            .then(|| in_discs(question, &moving(question.modes), 0.0))
+            .then(|| {
+                in_discs(
+                    question.system,
+                    &moving(question.modes),
+                    question.tolerance,
+                    0.0,
+                )
+            })
             .flatten();
         best = better(best, one_by_one);
         if is_open(&best) {
@@ -275,9 +302,9 @@ fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Pro
     let is_vague = |root: &Root| root.repeats != Some(Repeats::SIMPLE) && width(root) > tolerance;
     let known = known.filter(|known| !known.roots.iter().any(is_vague));
     if let Some(known) = known {
-        return in_discs(question, &known.roots, MOST_WORK);
+        return in_discs(system, &known.roots, tolerance, MOST_WORK);
     }
-    let about = |modes: &[Mode]| in_discs(question, &moving(modes), MOST_WORK);
+    let about = |modes: &[Mode]| in_discs(system, &moving(modes), tolerance, MOST_WORK);
     about(question.modes)
         .or_else(|| about(&uncoupled(solver, system)?))
         .or_else(|| about(collect(solver, system, lone_roots(system)).as_slice()))
@@ -398,8 +425,8 @@ fn paired(system: &System, modes: &[Mode], slow: Option<&Slow>, tolerance: f64) 
 }
 
 /// Of any system, by discs about approximate roots, until those that are not within the tolerance yet are.
-fn in_discs(question: &Question<'_>, known: &[Root], most_work: f64) -> Option<Proof> {
-    let (found, digits) = discs(question.system, known, question.tolerance, most_work)?;
+fn in_discs(system: &System, known: &[Root], tolerance: f64, most_work: f64) -> Option<Proof> {
+    let (found, digits) = discs(system, known, tolerance, most_work)?;
     Some(Proof {
         roots: found.into_iter().flat_map(|disc| disc.roots).collect(),
         claim: format!(
@@ -475,18 +502,19 @@ pub(super) fn discs(
         // As many shapes as roots: they coincide, but nothing is missing.
         let complete = owners.len() == count;
         let entries = if complete { count } else { 1 };
+        let mut shapes = certificate.shapes.filter(|_| entries == 1);
         let root = |owner: &usize| {
-            let shape = known[*owner].shape.clone();
-            let mut found = Root::simple(certificate.value, shape);
-            if let Some(shapes) = certificate.shapes.as_ref().filter(|_| entries == 1) {
-                found.enclose(shapes.clone());
-            }
-            Root {
+            let mut found = Root {
                 count: count / entries,
                 repeats: Some(of_disc(count)),
                 error: Some((certificate.bound, certificate.real_bound)),
-                ..found
+                ..Root::simple(certificate.value, Vec::new())
+            };
+            match shapes.take() {
+                Some(shapes) => found.enclose(shapes),
+                None => found.shape = known[*owner].shape.clone(),
             }
+            found
         };
         let roots = owners.iter().take(entries).map(root).collect();
         InDisc { owners, roots }

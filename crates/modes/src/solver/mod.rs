@@ -86,6 +86,11 @@ impl System {
 }
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
+    if let Precision::Certified { tolerance } = precision
+        && let Some(answer) = at_once(system, tolerance)
+    {
+        return Ok(answer);
+    }
     let structure = system.structure();
     let solved: Result<(&'static dyn ModeSolver, Modes), ModesError> = if shifted::is_needed(system)
     {
@@ -121,6 +126,22 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         });
     }
     Ok(answer)
+}
+
+/// Proved from the roots of the state matrix as they are, where the plan picks it.
+fn at_once(system: &System, tolerance: f64) -> Option<Modes> {
+    let structure = system.structure();
+    if structure.zero_roots() != Some(0) || shifted::is_needed(system) {
+        return None;
+    }
+    let (solver, plan) = plan(system).ok()?;
+    if solver.name() != StateMatrix.name() {
+        return None;
+    }
+    let mut roots = state_matrix::unrefined(system).ok()?;
+    roots.retain(|root| root.value.im >= 0.0);
+    let answer = certified::one_by_one(solver, plan, system, &roots, tolerance)?;
+    is_whole(structure, &answer).then_some(answer)
 }
 
 /// By the solver that the plan picks; where rounding left it without an answer, or with modes that do not solve the

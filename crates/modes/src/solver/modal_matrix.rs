@@ -1,10 +1,9 @@
 //! General damping in the coordinates of the undamped modes.
 
-use eigentone_digits::sort_by_number;
+use eigentone_digits::{Lu, sort_by_number};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
-use crate::first_order::FirstOrder;
 use crate::model::{Element, MatrixKind};
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
@@ -53,7 +52,6 @@ impl ModeSolver for ModalMatrix {
 
     fn needless(&self, system: &System, structure: &Structure) -> Option<String> {
         let is_plain = system.len() <= FEW
-            && FirstOrder::is_certain(system)
             && is_even(system)
             && structure.zero_roots() == Some(0)
             && structure.undamped_modes() == Some(0);
@@ -143,26 +141,35 @@ fn by_states(
 }
 
 /// Whether masses and springs lie within three orders of magnitude each, and no damper is far stronger than either: then
-/// the state matrix loses no more in doubles than its eigenvalues' vectors make good.
+/// the state matrix loses no more in doubles than its eigenvalues' vectors make good. Where matrices are given, the pivots of
+/// M and K stand for masses and springs, and the entries of C for dampers.
 fn is_even(system: &System) -> bool {
     const RANGE: f64 = 1e3;
-    if system.added(MatrixKind::Stiffness).is_some() || system.added(MatrixKind::Damping).is_some()
-    {
-        return false;
-    }
     let span = |values: &mut dyn Iterator<Item = f64>| {
         let set = values.filter(|value| *value != 0.0).map(f64::abs);
         set.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| {
             (low.min(value), high.max(value))
         })
     };
-    let coefficients =
+    let elements =
         |elements: &[Element]| span(&mut elements.iter().map(|element| element.coefficient));
-    let masses = span(&mut system.masses().iter().copied());
-    let springs = coefficients(system.springs());
-    let (_, damper) = coefficients(system.dampers());
+    let pivots = |matrix: Mat<f64>| Some(span(&mut Lu::regular(matrix.as_ref())?.pivots()));
+    let masses = match system.added(MatrixKind::Mass) {
+        None => Some(span(&mut system.masses().iter().copied())),
+        Some(_) => pivots(system.mass_matrix()),
+    };
+    let springs = match system.added(MatrixKind::Stiffness) {
+        None => Some(elements(system.springs())),
+        Some(_) => pivots(system.stiffness_matrix()),
+    };
+    let (_, damper) = match system.added(MatrixKind::Damping) {
+        None => elements(system.dampers()),
+        Some(_) => (0.0, system.damping_matrix().norm_max()),
+    };
     let is_narrow = |(low, high): (f64, f64)| high <= RANGE * low;
-    is_narrow(masses) && is_narrow(springs) && damper / masses.1 <= RANGE * (springs.1 / damper)
+    masses.zip(springs).is_some_and(|(masses, springs)| {
+        is_narrow(masses) && is_narrow(springs) && damper / masses.1 <= RANGE * (springs.1 / damper)
+    })
 }
 
 /// The given number of elastic modes that C resists least, relative to their frequency, and the
@@ -190,8 +197,11 @@ pub(crate) fn set_apart(modes: Vec<RealMode>, count: usize) -> (Vec<RealMode>, V
 
 #[cfg(test)]
 mod tests {
+    use faer::mat;
+
     use super::*;
-    use crate::structure::samples::network;
+    use crate::modes::Precision;
+    use crate::structure::samples::{matrices, network};
 
     /// Two oscillators that a soft spring couples more than their damping separates them: (Δω)² = κ² + (δ + iσ)²/4, about.
     #[test]
@@ -233,5 +243,28 @@ mod tests {
             .collect();
         assert_eq!(undamped.len(), 1);
         assert!((undamped[0].im - 6f64.sqrt()).abs() < 1e-15);
+    }
+
+    /// Given matrices are judged by what elimination leaves of them, not by the sizes of their entries: the second K has the
+    /// pivots 1e3 and 0.1.
+    #[test]
+    fn the_state_matrix_solves_matrices_that_are_even() {
+        let damping = mat![[0.3, -0.2], [-0.2, 0.5]];
+        let stiff = mat![[1e3, -1e3], [-1e3, 1e3 + 0.1]];
+        let heavy = mat![[1e4, 0.0], [0.0, 1.0]];
+        let even = mat![[3.0, -1.0], [-1.0, 2.0]];
+        let identity = || Mat::<f64>::identity(2, 2);
+        for (mass, damping, stiffness, solver) in [
+            (identity(), damping.clone(), even.clone(), "state matrix"),
+            (identity(), damping.clone(), stiff, "modal matrix"),
+            (heavy, damping.clone(), even.clone(), "modal matrix"),
+            (identity(), damping * 1e4, even, "modal matrix"),
+        ] {
+            let system = matrices(mass, damping, stiffness);
+            for precision in [Precision::default(), Precision::Double] {
+                let modes = system.modes_to(precision).expect("they are definite");
+                assert_eq!(modes.plan().solver, solver);
+            }
+        }
     }
 }

@@ -40,9 +40,7 @@ impl ModeSolver for StateMatrix {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system)?;
-        let form = FirstOrder::of(system)?;
-        let left = (!structure.is_symmetric()).then(|| form.b());
-        let mut found = eigen(self, form.a(), form.x(), &|_, z| z, left)?;
+        let mut found = unrefined(system)?;
         let mut roots = Vec::new();
         if let Some(zeros) = structure.zero_roots().filter(|zeros| *zeros > 0) {
             let removed = rigid::removed(&mut found, zeros);
@@ -56,6 +54,13 @@ impl ModeSolver for StateMatrix {
         roots.extend(refine(system, found));
         Ok(collect(self, system, roots))
     }
+}
+
+/// The eigenvalues, conjugates included, as the QR algorithm leaves them.
+pub(super) fn unrefined(system: &System) -> Result<Vec<Root>, ModesError> {
+    let form = FirstOrder::of(system)?;
+    let left = (!system.structure().is_symmetric()).then(|| form.b());
+    eigen(&StateMatrix, form.a(), form.x(), &|_, z| z, left)
 }
 
 /// The amplitudes of a basis of shapes that belong to a root and the vector z of its state.

@@ -26,6 +26,7 @@ pub(super) struct Modal {
 pub(crate) struct Damped {
     pub(crate) value: Complex<f64>,
     pub(crate) bound: f64,
+    /// 0 where it is known to be imaginary.
     pub(crate) real_bound: f64,
     /// How many roots the bounds do not separate.
     pub(crate) multiplicity: usize,

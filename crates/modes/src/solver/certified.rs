@@ -325,17 +325,10 @@ fn moving(modes: &[Mode]) -> Vec<Root> {
 
 /// Of an undamped system, by its shapes.
 fn at_once(question: &Question<'_>) -> Option<Proof> {
-    let root = |mode: congruence::Elastic| Root {
-        repeats: Some(of_disc(mode.multiplicity)),
-        error: Some((mode.bound, mode.real_bound)),
-        ..with_shape(mode.value, mode.shape)
-    };
     let found = congruence::certify(question.system, question.modes, question.tolerance)?;
-    Some(Proof {
-        roots: found.into_iter().map(root).collect(),
-        claim: "what K and M have off the diagonal in coordinates of the modes, computed with 32 digits".to_owned(),
-        shapes_may_gain: false,
-    })
+    let claim =
+        "what K and M have off the diagonal in coordinates of the modes, computed with 32 digits";
+    Some(each_alone(found, claim))
 }
 
 /// Of a classically damped system, by its undamped shapes.
@@ -345,29 +338,16 @@ fn by_undamped_shapes(question: &Question<'_>) -> Option<Proof> {
     if !structure.is_classical() || structure.is_undamped() {
         return None;
     }
-    let modes = classical::real_modes(question.solver, system, Entries::Exact).ok()?;
-    let elastic = modes.into_iter().filter(|mode| !mode.rigid);
-    let shapes: Vec<Vec<f64>> = elastic.map(|mode| mode.shape).collect();
-    let root = |found: Damped| Root {
-        count: found.roots,
-        repeats: Some(of_disc(found.multiplicity)),
-        error: Some((found.bound, found.real_bound)),
-        ..with_shape(found.value, found.shape)
-    };
-    let proof = |found: Vec<Damped>, claim: &str| Proof {
-        roots: found.into_iter().map(root).collect(),
-        claim: claim.to_owned(),
-        shapes_may_gain: false,
-    };
+    let shapes = elastic_shapes(question.solver, system)?;
     let in_proportion = rayleigh::certify(system, shapes.clone(), tolerance).map(|found| {
         let claim = "what K and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits; \
                      the damping follows exactly";
-        proof(found, claim)
+        each_alone(found, claim)
     });
     in_proportion.or_else(|| {
         let found = classically::certify(system, shapes, tolerance)?;
         let claim = "what K, C and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits";
-        Some(proof(found, claim))
+        Some(each_alone(found, claim))
     })
 }
 
@@ -375,21 +355,32 @@ fn by_undamped_shapes(question: &Question<'_>) -> Option<Proof> {
 /// λ = −ω².
 fn without_springs(question: &Question<'_>) -> Option<Proof> {
     let undamped = with_dampers_for_springs(question.system)?;
-    let modes = classical::real_modes(question.solver, &undamped, Entries::Exact).ok()?;
-    let elastic = modes.into_iter().filter(|mode| !mode.rigid);
-    let shapes = elastic.map(|mode| mode.shape).collect();
-    let root = |found: springless::Relaxing| Root {
-        repeats: Some(of_disc(found.multiplicity)),
-        error: Some((found.bound, found.bound)),
-        ..with_shape(Complex::from(found.value), found.shape)
-    };
+    let shapes = elastic_shapes(question.solver, &undamped)?;
     let found = springless::certify(&undamped, shapes, question.tolerance)?;
-    Some(Proof {
+    let claim = "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits";
+    Some(each_alone(found, claim))
+}
+
+/// Undamped shapes that K resists.
+fn elastic_shapes(solver: &dyn ModeSolver, system: &System) -> Option<Vec<Vec<f64>>> {
+    let modes = classical::real_modes(solver, system, Entries::Exact).ok()?;
+    let elastic = modes.into_iter().filter(|mode| !mode.rigid);
+    Some(elastic.map(|mode| mode.shape).collect())
+}
+
+/// The proof of modes that move each by itself.
+fn each_alone(found: Vec<Damped>, claim: &str) -> Proof {
+    let root = |found: Damped| Root {
+        count: found.roots,
+        repeats: Some(of_disc(found.multiplicity)),
+        error: Some((found.bound, found.real_bound)),
+        ..with_shape(found.value, found.shape)
+    };
+    Proof {
         roots: found.into_iter().map(root).collect(),
-        claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
-            .to_owned(),
+        claim: claim.to_owned(),
         shapes_may_gain: false,
-    })
+    }
 }
 
 /// Of a system with a mass or a damper wherever it moves, by its roots and shapes.
@@ -538,18 +529,14 @@ fn slow(solver: &dyn ModeSolver, system: &System) -> Option<Slow> {
     if structure.is_undamped() {
         return None;
     }
-    let modes = if structure.is_symmetric() {
-        classical::real_modes(solver, system, Entries::Exact)
-    } else {
-        let undamped = System::from(system.model().without_dampers());
-        if !undamped.structure().is_symmetric() {
-            return None;
-        }
-        classical::undamped_modes(solver, &undamped, Entries::Exact)
-    };
-    let modes = modes.ok()?;
-    let elastic = modes.into_iter().filter(|mode| !mode.rigid);
-    Slow::of(system, elastic.map(|mode| mode.shape).collect())
+    if structure.is_symmetric() {
+        return Slow::of(system, elastic_shapes(solver, system)?);
+    }
+    let undamped = System::from(system.model().without_dampers());
+    if !undamped.structure().is_symmetric() {
+        return None;
+    }
+    Slow::of(system, elastic_shapes(solver, &undamped)?)
 }
 
 /// The same modes with the smallest roots as shapes that K hardly resists have them by themselves, where these are as

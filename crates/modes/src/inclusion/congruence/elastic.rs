@@ -5,27 +5,14 @@ use num_complex::Complex;
 
 use super::refine::Goal;
 use super::squares::{Squares, squares};
-use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::gram::UPWARD;
+use crate::inclusion::quadratic::Damped;
 use crate::modes::Mode;
 use crate::system::System;
 
-/// A nonzero root iω, or one of ±√−ω² where K makes the square negative, with a proven bound, and its shape.
-#[derive(Clone, Debug)]
-pub(crate) struct Elastic {
-    pub(crate) value: Complex<f64>,
-    /// Of |λ̂ − λ|; λ is known to be imaginary or real.
-    pub(crate) bound: f64,
-    /// 0 where it is known to be imaginary.
-    pub(crate) real_bound: f64,
-    /// How many frequencies the bounds do not separate.
-    pub(crate) multiplicity: usize,
-    pub(crate) shape: Shape,
-}
-
 /// Proves a bound for every nonzero root of an undamped system with M and K symmetric, given all its modes
-/// approximately. `None` where no proof was reached.
-pub(crate) fn certify(system: &System, modes: &[Mode], tolerance: f64) -> Option<Vec<Elastic>> {
+/// approximately: iω, or both of ±√−ω² where K makes the square negative. `None` where no proof was reached.
+pub(crate) fn certify(system: &System, modes: &[Mode], tolerance: f64) -> Option<Vec<Damped>> {
     let structure = system.structure();
     // Of the two real roots of a negative square one.
     let elastic = || {
@@ -48,7 +35,7 @@ pub(crate) fn certify(system: &System, modes: &[Mode], tolerance: f64) -> Option
 }
 
 /// λ = ±√−σ with bounds; those that are not separated get one value.
-fn elastic_modes(squares: &Squares, are_positive: bool) -> Vec<Elastic> {
+fn elastic_modes(squares: &Squares, are_positive: bool) -> Vec<Damped> {
     let mut found = Vec::with_capacity(squares.values.len());
     for group in squares.groups() {
         let middle = squares.values[(group.start + group.end) / 2];
@@ -84,11 +71,12 @@ fn elastic_modes(squares: &Squares, are_positive: bool) -> Vec<Elastic> {
             vec![real(-size), real(size)]
         };
         for (value, bound, real_bound) in roots {
-            found.extend(group.clone().map(|i| Elastic {
+            found.extend(group.clone().map(|i| Damped {
                 value,
                 bound,
                 real_bound,
                 multiplicity: group.len(),
+                roots: 1,
                 shape: squares.shape(i),
             }));
         }

@@ -14,7 +14,7 @@ mod squares;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use elastic::{Elastic, certify};
+pub(crate) use elastic::certify;
 pub(super) use forms::Basis;
 pub(super) use refine::Goal;
 pub(crate) use squares::refined;

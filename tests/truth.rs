@@ -193,15 +193,14 @@ static MEASURED: LazyLock<(Vec<RootErrors>, Vec<MotionErrors>)> = LazyLock::new(
         let name = case.name();
         let (scene, truth) = (case.scene(), case.truth());
         let system = scene.system();
-        let structure = system.structure();
         let default = system.modes().expect(name);
         let roots_of = &truth.eigenvalues;
         roots.push(root_errors(case, "default", true, roots_of, &default));
         for solver in solvers() {
-            if solver.refuses(system, structure).is_some() {
+            if solver.refuses(system).is_some() {
                 continue;
             }
-            let modes = solver.solve(system, structure).expect(name);
+            let modes = solver.solve(system).expect(name);
             let solver = solver.name();
             roots.push(root_errors(case, solver, false, roots_of, &modes));
         }

@@ -66,11 +66,10 @@ fuzz_target!(|bytes: &[u8]| {
             return;
         }
     };
-    let structure = system.structure();
-    assert!(!structure.to_string().is_empty());
+    assert!(!system.structure().to_string().is_empty());
     for solver in solvers() {
-        if solver.refuses(&system, structure).is_none() {
-            let _ = solver.solve(&system, structure);
+        if solver.refuses(&system).is_none() {
+            let _ = solver.solve(&system);
         }
     }
     let _ = Participation::of(&system);

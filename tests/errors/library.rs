@@ -478,7 +478,7 @@ fn mode_errors(listing: &mut Listing) {
         large.modes();
         too_fast.modes();
         weak.modes_to(Precision::Double);
-        SpringFactor.solve(&critical, critical.structure());
+        SpringFactor.solve(&critical);
         FirstOrder::of(&joint_mass);
         FirstOrder::of(&constraint);
         FirstOrder::of(&one_way);

@@ -65,7 +65,6 @@ impl ModeComparison {
         system: &System,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<ModeComparison, ModesError> {
-        let structure = system.structure();
         let total = solvers().len() + 1;
         let mut done = 0;
         let mut report = |method| {
@@ -88,9 +87,9 @@ impl ModeComparison {
         }];
         for solver in solvers() {
             report(solver.name());
-            let outcome = match solver.refuses(system, structure) {
+            let outcome = match solver.refuses(system) {
                 Some(reason) => ModeOutcome::Refused { reason },
-                None => match RunTime::of(|| solver.solve(system, structure)) {
+                None => match RunTime::of(|| solver.solve(system)) {
                     Ok((modes, time)) => measured(Some(truth.error_of(&modes)), &modes, time),
                     Err(error) => ModeOutcome::Failed(error),
                 },

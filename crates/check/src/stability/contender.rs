@@ -170,13 +170,10 @@ impl Member<'_> {
             Kind::Fixed { steps, make, .. } => self.advance(*steps, *make, &problem),
             Kind::Adaptive { make, .. } => self.integrate(&*make(TOLERANCE), &problem),
             Kind::PlannedModes(precision) => self.modes(|| system.modes_to(*precision)),
-            Kind::Solver(solver) => {
-                let structure = system.structure();
-                match solver.refuses(system, structure) {
-                    Some(reason) => Cell::Refused { reason },
-                    None => self.modes(|| solver.solve(system, structure)),
-                }
-            }
+            Kind::Solver(solver) => match solver.refuses(system) {
+                Some(reason) => Cell::Refused { reason },
+                None => self.modes(|| solver.solve(system)),
+            },
         }
     }
 

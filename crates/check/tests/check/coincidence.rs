@@ -133,8 +133,8 @@ fn examine(system: &System) -> Result<(), TestCaseError> {
         doubles.as_slice()
     );
     for solver in solvers() {
-        if solver.refuses(system, structure).is_none()
-            && let Ok(modes) = solver.solve(system, structure)
+        if solver.refuses(system).is_none()
+            && let Ok(modes) = solver.solve(system)
             && modes.eigenvalues().len() == doubles.eigenvalues().len()
         {
             for mode in &modes {

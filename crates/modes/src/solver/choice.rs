@@ -23,10 +23,10 @@ use crate::system::System;
 ///     .damper(GROUND, "m", 0.4)
 ///     .build()?;
 /// for solver in solvers() {
-///     match solver.refuses(&system, system.structure()) {
+///     match solver.refuses(&system) {
 ///         Some(reason) => println!("{}: {reason}", solver.name()),
 ///         None => {
-///             let modes = solver.solve(&system, system.structure())?;
+///             let modes = solver.solve(&system)?;
 ///             let frequency = modes.as_slice()[0].natural_frequency();
 ///             assert!((frequency.radians_per_second() - 2.0).abs() < 1e-14);
 ///         }
@@ -48,7 +48,6 @@ pub fn solvers() -> &'static [&'static dyn ModeSolver] {
 
 /// Picks the first solver that does not refuse and is not needless.
 pub(crate) fn plan(system: &System) -> Result<(&'static dyn ModeSolver, ModePlan), ModesError> {
-    let structure = system.structure();
     let mut left_out = Vec::new();
     let mut chosen: Option<&'static dyn ModeSolver> = None;
     for &solver in solvers() {
@@ -56,9 +55,8 @@ pub(crate) fn plan(system: &System) -> Result<(&'static dyn ModeSolver, ModePlan
             left_out.push((solver.name(), "not needed".to_owned()));
             continue;
         }
-        let reason = solver
-            .refuses(system, structure)
-            .or_else(|| solver.needless(system, structure));
+        let reason = solver.refuses(system);
+        let reason = reason.or_else(|| solver.needless(system));
         match reason {
             None => chosen = Some(solver),
             Some(reason) => left_out.push((solver.name(), reason)),

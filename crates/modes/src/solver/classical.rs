@@ -7,7 +7,6 @@ use num_complex::Complex;
 use crate::model::MatrixKind;
 use crate::modes::Modes;
 use crate::quality::real_forms::{Entries, RealForms};
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::modal_damping::modal_damping;
@@ -27,7 +26,8 @@ impl ModeSolver for Classical {
         "classical modes"
     }
 
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+    fn refuses(&self, system: &System) -> Option<String> {
+        let structure = system.structure();
         if structure.is_undamped() {
             return Some("there is no damping".to_owned());
         }
@@ -41,7 +41,7 @@ impl ModeSolver for Classical {
         "classically damped: damping leaves the undamped shapes as they are and couples none of them"
     }
 
-    fn solve(&self, system: &System, _: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
         admit(self, system)?;
         let roots = modal_roots(self, system)?;
         Ok(collect(self, system, roots))
@@ -182,7 +182,7 @@ impl ClassicalModes {
         let undamped = structure.is_undamped()
             && (spring_factor::refuses_springs(system).is_none()
                 || symmetric::refuses_matrices(system).is_none());
-        if !undamped && Classical.refuses(system, structure).is_some() {
+        if !undamped && Classical.refuses(system).is_some() {
             return Ok(None);
         }
         let forms = modal_forms(&Classical, system, entries)?;

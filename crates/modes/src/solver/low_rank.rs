@@ -7,7 +7,6 @@ use crate::model::{MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::pencil::products;
 use crate::quality::real_forms::Entries;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::classical;
@@ -36,8 +35,9 @@ impl ModeSolver for LowRank {
         "low-rank damping"
     }
 
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
-        if let Some(reason) = ModalMatrix.refuses(system, structure) {
+    fn refuses(&self, system: &System) -> Option<String> {
+        let structure = system.structure();
+        if let Some(reason) = ModalMatrix.refuses(system) {
             return Some(reason);
         }
         if !structure.is_passive() {
@@ -61,9 +61,9 @@ impl ModeSolver for LowRank {
         "passive, with few dampers: a determinant of their number over the undamped modes"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
         admit(self, system)?;
-        let undamped = structure.undamped_modes().unwrap_or(0);
+        let undamped = system.structure().undamped_modes().unwrap_or(0);
         let modes = classical::real_modes(self, system, Entries::Plain)?;
         let modes = modes.into_iter().map(RealMode::mass_normalised).collect();
         let (apart, modes) = set_apart(modes, undamped);
@@ -75,7 +75,7 @@ impl ModeSolver for LowRank {
             })
             .flatten();
         let Some(found) = found else {
-            return ModalMatrix.solve(system, structure);
+            return ModalMatrix.solve(system);
         };
         let basis = Mat::from_fn(system.len(), modes.len(), |i, j| modes[j].shape[i]);
         let amplitudes: Vec<&[Complex<f64>]> = found
@@ -195,7 +195,7 @@ mod tests {
         for dampers in ways {
             let [elements, matrix] = [false, true].map(|as_matrix| {
                 let system = chain(as_matrix, dampers);
-                assert_eq!(LowRank.refuses(&system, system.structure()), None);
+                assert_eq!(LowRank.refuses(&system), None);
                 let modes = system.modes_to(Precision::Double).expect("modes");
                 assert_eq!(modes.plan().solver, LowRank.name());
                 modes
@@ -216,6 +216,6 @@ mod tests {
     fn a_damping_matrix_that_is_not_semidefinite_is_refused() {
         let system = chain(true, &[(7, 40, 3.0), (9, 12, -1e-3)]);
         assert!(added_columns(&system).is_none());
-        assert!(LowRank.refuses(&system, system.structure()).is_some());
+        assert!(LowRank.refuses(&system).is_some());
     }
 }

@@ -94,7 +94,7 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
     let structure = system.structure();
     let solved: Result<(&'static dyn ModeSolver, Modes), ModesError> = if shifted::is_needed(system)
     {
-        let modes = Shifted.solve(system, structure);
+        let modes = Shifted.solve(system);
         modes.map(|modes| (&Shifted as &'static dyn ModeSolver, modes))
     } else {
         in_doubles(system)
@@ -152,12 +152,12 @@ fn in_doubles(system: &System) -> Result<(&'static dyn ModeSolver, Modes), Modes
     let (first, plan) = match plan(system) {
         Ok((solver, plan)) => (solver, plan),
         // Doubles hide what determines the motion of massless nodes, but not that it is determined.
-        Err(_) if Shifted.refuses(system, structure).is_none() => {
-            return Ok((&Shifted, Shifted.solve(system, structure)?));
+        Err(_) if Shifted.refuses(system).is_none() => {
+            return Ok((&Shifted, Shifted.solve(system)?));
         }
         Err(error) => return Err(error),
     };
-    let found = first.solve(system, structure);
+    let found = first.solve(system);
     let off = largest_doubt(structure, &found);
     if off <= VISIBLE {
         return Ok((first, Modes { plan, ..found? }));
@@ -167,10 +167,10 @@ fn in_doubles(system: &System) -> Result<(&'static dyn ModeSolver, Modes), Modes
         .copied()
         .chain([&Shifted as &dyn ModeSolver]);
     for other in others {
-        if other.name() == first.name() || other.refuses(system, structure).is_some() {
+        if other.name() == first.name() || other.refuses(system).is_some() {
             continue;
         }
-        let better = other.solve(system, structure);
+        let better = other.solve(system);
         if largest_doubt(structure, &better) >= off {
             continue;
         }
@@ -194,10 +194,10 @@ fn consistent(
     let structure = system.structure();
     const REASON: &str = "its roots do not sum up to those of M, C and K";
     for other in solvers().iter().copied() {
-        if other.name() == found.plan.solver || other.refuses(system, structure).is_some() {
+        if other.name() == found.plan.solver || other.refuses(system).is_some() {
             continue;
         }
-        let better = other.solve(system, structure);
+        let better = other.solve(system);
         if largest_doubt(structure, &better).is_finite()
             && let Ok(modes) = better
             && consistency::holds(system, &modes)

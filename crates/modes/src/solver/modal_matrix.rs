@@ -7,7 +7,6 @@ use num_complex::Complex;
 use crate::model::{Element, MatrixKind};
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::improvement::refine;
@@ -28,7 +27,7 @@ const FEW: usize = 12;
 /// Where damping couples the modes weakly their roots are refined all at once, else they are those of the QR algorithm. The
 /// states are scaled by their energy, so that stiff springs do not swamp soft ones, and the
 /// frequencies come from the springs themselves where the system is built of them. Modes that C
-/// provably leaves undamped ([`Structure::undamped_modes`]) are set apart and keep Re λ = 0.
+/// provably leaves undamped ([`Structure::undamped_modes`](crate::Structure::undamped_modes)) are set apart and keep Re λ = 0.
 #[derive(Clone, Copy, Debug)]
 pub struct ModalMatrix;
 
@@ -37,7 +36,8 @@ impl ModeSolver for ModalMatrix {
         "modal matrix"
     }
 
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+    fn refuses(&self, system: &System) -> Option<String> {
+        let structure = system.structure();
         if structure.is_undamped() {
             return Some("there is no damping".to_owned());
         }
@@ -50,7 +50,8 @@ impl ModeSolver for ModalMatrix {
         spring_factor::refuses_springs(system).and_then(|_| symmetric::refuses_matrices(system))
     }
 
-    fn needless(&self, system: &System, structure: &Structure) -> Option<String> {
+    fn needless(&self, system: &System) -> Option<String> {
+        let structure = system.structure();
         let is_plain = system.len() <= FEW
             && is_even(system)
             && structure.zero_roots() == Some(0)
@@ -62,7 +63,8 @@ impl ModeSolver for ModalMatrix {
         "damping couples the undamped modes: roots in modal coordinates"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
+        let structure = system.structure();
         admit(self, system)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
         // Mixing shapes of nearly one frequency would neglect what K couples them by.
@@ -210,7 +212,7 @@ mod tests {
         for shift in [-1e-6, -1e-7, 0.0, 1e-8, 1e-6] {
             let springs = [(0, 1, k + shift), (0, 2, k), (1, 2, coupling)];
             let system = network(&[1.0; 2], &springs, &[(0, 1, c[0]), (0, 2, c[1])]);
-            let modes = ModalMatrix.solve(&system, system.structure()).unwrap();
+            let modes = ModalMatrix.solve(&system).unwrap();
             let found: Vec<Complex<f64>> =
                 modes.iter().map(|mode| mode.eigenvalue().value).collect();
             // (λ² + c₁λ + k₁)(λ² + c₂λ + k₂) = κ² has the roots nearest to these.
@@ -235,7 +237,7 @@ mod tests {
     fn a_mode_with_its_damper_in_a_node_stays_undamped() {
         let springs = [(0, 1, 3.0), (1, 2, 3.0), (2, 3, 3.0), (3, 0, 3.0)];
         let system = network(&[1.0; 3], &springs, &[(0, 2, 0.5)]);
-        let modes = ModalMatrix.solve(&system, system.structure()).unwrap();
+        let modes = ModalMatrix.solve(&system).unwrap();
         let undamped: Vec<Complex<f64>> = modes
             .iter()
             .map(|mode| mode.eigenvalue().value)

@@ -4,7 +4,6 @@ use thiserror::Error;
 
 use crate::first_order::FirstOrderError;
 use crate::modes::Modes;
-use crate::structure::Structure;
 use crate::system::System;
 
 /// A way to solve the quadratic eigenproblem, as a value, so that solvers can be looped over.
@@ -13,10 +12,10 @@ pub trait ModeSolver: Sync {
     fn name(&self) -> &'static str;
 
     /// Why it cannot solve this system, or `None` if it can.
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String>;
+    fn refuses(&self, system: &System) -> Option<String>;
 
     /// Why a system that it could solve does not need it, or `None` if nothing simpler does as well.
-    fn needless(&self, _system: &System, _structure: &Structure) -> Option<String> {
+    fn needless(&self, _system: &System) -> Option<String> {
         None
     }
 
@@ -28,7 +27,7 @@ pub trait ModeSolver: Sync {
     /// # Errors
     /// [`ModesError::Refused`] where [`refuses`](Self::refuses) gives a reason, and what goes wrong
     /// on the way.
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError>;
+    fn solve(&self, system: &System) -> Result<Modes, ModesError>;
 }
 
 /// Refuses what is too large for dense matrices.
@@ -52,7 +51,7 @@ pub fn dense_gigabytes(coordinates: usize) -> f64 {
 /// Refuses with the solver's own reason.
 pub(super) fn admit(solver: &dyn ModeSolver, system: &System) -> Result<(), ModesError> {
     admit_size(system)?;
-    match solver.refuses(system, system.structure()) {
+    match solver.refuses(system) {
         Some(reason) => Err(ModesError::Refused {
             method: solver.name(),
             reason,

@@ -15,7 +15,6 @@ use crate::first_order::{FirstOrder, FirstOrderError, Massless};
 use crate::model::MatrixKind;
 use crate::modes::Modes;
 use crate::quality::rayleigh::Forms;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::choice::solvers;
@@ -48,7 +47,8 @@ impl ModeSolver for Shifted {
         "shifted state matrix"
     }
 
-    fn refuses(&self, _system: &System, structure: &Structure) -> Option<String> {
+    fn refuses(&self, system: &System) -> Option<String> {
+        let structure = system.structure();
         let counted = structure.finite_roots().is_some() && structure.zero_roots().is_some();
         (!counted).then(|| "the finite roots were not counted".to_owned())
     }
@@ -57,7 +57,8 @@ impl ModeSolver for Shifted {
         "the masses do not determine every acceleration: roots of the problem in 1/(λ − s)"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
+        let structure = system.structure();
         let (Some(finite), Some(zeros)) = (structure.finite_roots(), structure.zero_roots()) else {
             let error = FirstOrder::of(system).err();
             return Err(error.unwrap_or(FirstOrderError::SingularMass).into());
@@ -86,7 +87,7 @@ impl ModeSolver for Shifted {
         let mut modes = collect(self, system, roots);
         modes.plan.reason = self.reason().to_owned();
         let refusal = |other: &&dyn ModeSolver| {
-            let reason = other.refuses(system, structure);
+            let reason = other.refuses(system);
             Some((other.name(), reason?))
         };
         modes.plan.left_out = solvers().iter().filter_map(refusal).collect();

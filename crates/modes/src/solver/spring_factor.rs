@@ -12,7 +12,6 @@ use num_complex::Complex;
 
 use crate::model::Node;
 use crate::quality::real_forms::{Entries, RealForms};
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::mode_solver::{ModeSolver, ModesError, admit};
@@ -43,8 +42,8 @@ impl ModeSolver for SpringFactor {
         "spring factor"
     }
 
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
-        if !structure.is_undamped() {
+    fn refuses(&self, system: &System) -> Option<String> {
+        if !system.structure().is_undamped() {
             return Some("there is damping".to_owned());
         }
         refuses_springs(system)
@@ -54,7 +53,7 @@ impl ModeSolver for SpringFactor {
         "undamped, built of positive springs and lumped masses: singular values of the springs' own factor, to the last digits however stiff"
     }
 
-    fn solve(&self, system: &System, _: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
         admit(self, system)?;
         let modes = real_modes(self, system)?;
         Ok(collect(self, system, undamped_roots(modes)))

@@ -6,7 +6,6 @@ use num_complex::Complex;
 
 use crate::model::{Added, MatrixKind};
 use crate::modes::Modes;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::mode_solver::{ModeSolver, ModesError, admit};
@@ -25,7 +24,8 @@ impl ModeSolver for DamperFactor {
         "damper factor"
     }
 
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+    fn refuses(&self, system: &System) -> Option<String> {
+        let structure = system.structure();
         if !has_no_springs(system) || structure.is_undamped() {
             return Some(
                 "it takes systems of masses and dampers alone, without springs".to_owned(),
@@ -44,7 +44,7 @@ impl ModeSolver for DamperFactor {
         "without springs: relaxation rates are squared frequencies of the dampers taken for springs"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
         admit(self, system)?;
         let undamped = turned(system);
         let modes = spring_factor::real_modes(self, &undamped)?;
@@ -64,7 +64,7 @@ impl ModeSolver for DamperFactor {
             shape[i] = Complex::ONE;
             shape
         };
-        let zeros = structure.zero_roots().unwrap_or(n);
+        let zeros = system.structure().zero_roots().unwrap_or(n);
         roots.extend(rigid::roots((0..n).map(unit).collect(), zeros));
         Ok(collect(self, system, roots))
     }

@@ -7,7 +7,6 @@ use crate::first_order::FirstOrder;
 use crate::linear::balance;
 use crate::modes::Modes;
 use crate::quality::pencil::products;
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::improvement::refine;
@@ -27,7 +26,7 @@ impl ModeSolver for StateMatrix {
         "state matrix"
     }
 
-    fn refuses(&self, system: &System, _structure: &Structure) -> Option<String> {
+    fn refuses(&self, system: &System) -> Option<String> {
         if FirstOrder::is_certain(system) {
             return None;
         }
@@ -38,7 +37,8 @@ impl ModeSolver for StateMatrix {
         "generally damped: eigenvalues of the 2n states"
     }
 
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
+        let structure = system.structure();
         admit(self, system)?;
         let mut found = unrefined(system)?;
         let mut roots = Vec::new();
@@ -170,7 +170,7 @@ mod tests {
         let springs: Vec<f64> = (0..=n).map(|i| 1.0 + 0.5 * (i % 3) as f64).collect();
         let dampers: Vec<f64> = (0..=n).map(|i| 0.02 * (1 + i % 5) as f64).collect();
         let system = chain(&masses, &springs, &dampers);
-        let modes = StateMatrix.solve(&system, system.structure()).unwrap();
+        let modes = StateMatrix.solve(&system).unwrap();
         assert_eq!(modes.eigenvalues().len(), 2 * n);
         for mode in &modes {
             assert!(mode.backward_error() <= 8.0 * f64::EPSILON);

@@ -11,7 +11,6 @@ use crate::model::{Element, MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::pencil::Pencil;
 use crate::quality::real_forms::{Entries, RealForms};
-use crate::structure::Structure;
 use crate::system::System;
 
 use super::many_digits;
@@ -40,8 +39,8 @@ impl ModeSolver for Symmetric {
         "symmetric eigenproblem"
     }
 
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
-        if !structure.is_undamped() {
+    fn refuses(&self, system: &System) -> Option<String> {
+        if !system.structure().is_undamped() {
             return Some("there is damping".to_owned());
         }
         refuses_matrices(system)
@@ -51,7 +50,7 @@ impl ModeSolver for Symmetric {
         "undamped, with symmetric M and K"
     }
 
-    fn solve(&self, system: &System, _: &Structure) -> Result<Modes, ModesError> {
+    fn solve(&self, system: &System) -> Result<Modes, ModesError> {
         admit(self, system)?;
         let modes = real_modes(self, system, Entries::Plain)?;
         Ok(collect(self, system, undamped_roots(modes)))

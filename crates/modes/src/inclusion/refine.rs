@@ -65,6 +65,8 @@ pub(crate) fn refine<T: Real>(
     let mut scattered = false;
     let mut stuck = 0;
     let mut previous = f64::INFINITY;
+    // How wide the last circle was that each point was put on.
+    let mut circles = vec![f64::INFINITY; points.z.len()];
     for sweep in 0..SWEEPS {
         separate(points);
         if points.products >= goal.most || points.correct(polynomial).is_none() {
@@ -91,7 +93,7 @@ pub(crate) fn refine<T: Real>(
         let mut progress = 0f64;
         for group in &groups {
             moved |= if group.len() > 1 && sweep >= PLAIN {
-                gather(points, group, goal)
+                gather(points, group, &mut circles, goal)
             } else {
                 step_all(points, group)
             };
@@ -227,8 +229,14 @@ fn is_finer<T: Real>(discs: &[Inclusion<T>], others: &[Inclusion<T>]) -> bool {
 
 /// Moves a group of points that do not stand clear of each other; whether any moved. If its roots lie much closer
 /// together than its points, these are gathered on a circle about their corrected mean that is as wide as the roots are apart;
-/// else each takes its own step.
-fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal<'_>) -> bool {
+/// else each takes its own step. So it does where the circle is not much narrower than the last one: where one root lies far from the
+/// others, points on that circle are thrown out each time as far.
+fn gather<T: Real>(
+    points: &mut Points<T>,
+    group: &[usize],
+    circles: &mut [f64],
+    goal: &Goal<'_>,
+) -> bool {
     let m = group.len();
     let mut centre = Ball::ZERO;
     for &i in group {
@@ -251,13 +259,15 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal<'_>) -> 
         return step_all(points, group);
     }
     let reach = extent(points, group, centre).max(0.5 * floor);
-    if reach > 0.5 * spread {
+    let narrowest = group.iter().map(|i| circles[*i]).fold(spread, f64::min);
+    if reach > 0.5 * narrowest {
         return step_all(points, group);
     }
     for (k, &i) in group.iter().enumerate() {
         let angle = 0.7 + std::f64::consts::TAU * k as f64 / m as f64;
         let arm = exact(T::from(reach * angle.cos()), T::from(reach * angle.sin()));
         points.place(i, centre + arm);
+        circles[i] = reach;
     }
     true
 }

@@ -267,11 +267,19 @@ fn by_real_shapes(question: &Question<'_>) -> Option<Proof> {
         .or_else(|| by_undamped_shapes(question))
 }
 
+/// Whether some roots are so small beside the largest that doubles hardly know them.
+fn has_unknown(modes: &[Mode]) -> bool {
+    /// Of the largest root.
+    const UNKNOWN: f64 = 1e-7;
+    let sizes = modes.iter().map(|mode| mode.eigenvalue().value.norm());
+    let largest = sizes.clone().fold(0.0, f64::max);
+    let is_unknown = |size: f64| size > 0.0 && size <= UNKNOWN * largest;
+    sizes.into_iter().any(is_unknown)
+}
+
 /// By roots and shapes, as they are given, with the slow ones from a system of their own, or of damping taken to be classical,
 /// which it may be but for rounding.
 fn by_pairs(question: &Question<'_>) -> Option<Proof> {
-    /// Of the largest root: doubles hardly know smaller ones.
-    const UNKNOWN: f64 = 1e-7;
     let (system, modes) = (question.system, question.modes);
     let given = || paired(system, modes, None, question.tolerance);
     let with_slow = || {
@@ -279,10 +287,7 @@ fn by_pairs(question: &Question<'_>) -> Option<Proof> {
         let modes = with_slow_roots(question.solver, system, &slow, modes);
         paired(system, &modes, Some(&slow), question.tolerance)
     };
-    let sizes = modes.iter().map(|mode| mode.eigenvalue().value.norm());
-    let largest = sizes.clone().fold(0.0, f64::max);
-    let is_unknown = |size: f64| size > 0.0 && size <= UNKNOWN * largest;
-    let found = if sizes.into_iter().any(is_unknown) {
+    let found = if has_unknown(modes) {
         with_slow().or_else(given)
     } else {
         given().or_else(with_slow)
@@ -293,8 +298,8 @@ fn by_pairs(question: &Question<'_>) -> Option<Proof> {
     })
 }
 
-/// By discs about the roots that are proved already; where these are not isolated, about those given, those of damping
-/// taken to be classical, or those of each coordinate by itself.
+/// By discs about the roots that are proved already; where these are not isolated, about those given, the slow ones from a system
+/// of their own where doubles hardly know them, about those of damping taken to be classical, or those of each coordinate by itself.
 fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Proof> {
     let (solver, system) = (question.solver, question.system);
     let tolerance = question.tolerance;
@@ -305,7 +310,23 @@ fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Pro
         return in_discs(system, &known.roots, tolerance, MOST_WORK);
     }
     let about = |modes: &[Mode]| in_discs(system, &moving(modes), tolerance, MOST_WORK);
-    about(question.modes)
+    // Points far from their roots creep there, sweep by sweep and level by level.
+    let with_slow = || {
+        if !has_unknown(question.modes) {
+            return None;
+        }
+        let one_by_one = in_discs(system, &moving(question.modes), tolerance, 0.0);
+        one_by_one.or_else(|| {
+            let modes = with_slow_roots(solver, system, &slow(solver, system)?, question.modes);
+            let values = |modes: &[Mode]| -> Vec<Complex<f64>> {
+                modes.iter().map(|mode| mode.eigenvalue().value).collect()
+            };
+            let is_new = values(&modes) != values(question.modes);
+            is_new.then(|| about(&modes)).flatten()
+        })
+    };
+    with_slow()
+        .or_else(|| about(question.modes))
         .or_else(|| about(&uncoupled(solver, system)?))
         .or_else(|| about(collect(solver, system, lone_roots(system)).as_slice()))
 }

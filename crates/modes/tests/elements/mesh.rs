@@ -372,6 +372,51 @@ pub fn frame(storeys: usize, elements: usize) -> Model {
     model
 }
 
+/// A plane ring of eight steel members of 1 m, 10 mm square, with lumped masses and rotations that have none; one displacement of its
+/// first node is held, and two rigid motions are not.
+pub fn octagon() -> Model {
+    const AXIAL: f64 = 2.1e7;
+    const BENDING: f64 = 175.0;
+    const MASS: f64 = 0.785;
+    let half = 2f64.sqrt() / 2.0;
+    let directions = [
+        [1.0, 0.0],
+        [half, half],
+        [0.0, 1.0],
+        [-half, half],
+        [-1.0, 0.0],
+        [-half, -half],
+        [0.0, -1.0],
+        [half, -half],
+    ];
+    let mut model = Model::new(24);
+    for (node, along) in directions.into_iter().enumerate() {
+        let across = [-along[1], along[0]];
+        let place = |end: usize, part: usize| 3 * ((node + end) % 8) + part;
+        for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let sign = |end: usize| if end == 0 { 1.0 } else { -1.0 };
+            let stiffness = &mut model.stiffness;
+            for i in 0..2 {
+                for j in 0..2 {
+                    let bar = AXIAL * (along[i] * along[j]);
+                    let beam = 12.0 * BENDING * (across[i] * across[j]);
+                    stiffness[(place(p, i), place(q, j))] += sign(p) * sign(q) * (bar + beam);
+                }
+                let lever = sign(p) * 6.0 * BENDING * across[i];
+                stiffness[(place(p, i), place(q, 2))] += lever;
+                stiffness[(place(q, 2), place(p, i))] += lever;
+            }
+            let slope = if p == q { 4.0 } else { 2.0 };
+            stiffness[(place(p, 2), place(q, 2))] += slope * BENDING;
+        }
+        for (end, part) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let at = place(end, part);
+            model.mass[(at, at)] += 0.5 * MASS;
+        }
+    }
+    model.held(&[0])
+}
+
 /// Masses of 1 kg in a row with springs of 1 N/m between them, and 2⁻⁵⁰ N/m more at one end than nothing, less at the other.
 pub fn chain(n: usize) -> Model {
     let mut model = Model::new(n);

@@ -138,8 +138,7 @@ pub(crate) fn from_guesses(
     if system.len() > LARGEST || count == 0 {
         return None;
     }
-    let lone = lone_roots(system).into_iter();
-    let mut sizes: Vec<f64> = lone.map(|root| root.value.norm()).collect();
+    let mut sizes = lone_sizes(system);
     sort_by_number(&mut sizes, |size| *size);
     // Conjugate pairs all about 0, and one real root where their number is odd.
     let guess = |pair: usize| {
@@ -299,7 +298,7 @@ fn by_pairs(question: &Question<'_>) -> Option<Proof> {
 }
 
 /// By discs about the roots that are proved already; where these are not isolated, about those given, the slow ones from a system
-/// of their own where doubles hardly know them, about those of damping taken to be classical, or those of each coordinate by itself.
+/// of their own where doubles hardly know them, or about those of damping taken to be classical.
 fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Proof> {
     let (solver, system) = (question.solver, question.system);
     let tolerance = question.tolerance;
@@ -328,7 +327,6 @@ fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Pro
     with_slow()
         .or_else(|| about(question.modes))
         .or_else(|| about(&uncoupled(solver, system)?))
-        .or_else(|| about(collect(solver, system, lone_roots(system)).as_slice()))
 }
 
 /// The roots of modes that are not at rest.
@@ -632,26 +630,18 @@ fn with_slow_roots(
         .to_vec()
 }
 
-/// The roots that each coordinate has by itself, all others held: of the right size wherever one
-/// coordinate rules a motion.
-fn lone_roots(system: &System) -> Vec<Root> {
-    let (m, c, k) = (
+/// The sizes of the roots that each coordinate has by itself, all others held: right wherever one coordinate rules a motion.
+fn lone_sizes(system: &System) -> Vec<f64> {
+    let matrices = [
         system.mass_matrix(),
         system.damping_matrix(),
         system.stiffness_matrix(),
-    );
-    let mut roots = Vec::new();
-    for i in 0..system.len() {
-        let mut shape = vec![Complex::ZERO; system.len()];
-        shape[i] = Complex::ONE;
-        let values = classical::scalar_roots(m[(i, i)], c[(i, i)], k[(i, i)]);
-        roots.extend(
-            values
-                .into_iter()
-                .map(|value| Root::simple(value, shape.clone())),
-        );
-    }
-    roots
+    ];
+    let roots = (0..system.len()).flat_map(|i| {
+        let [m, c, k] = matrices.each_ref().map(|matrix| matrix[(i, i)]);
+        classical::scalar_roots(m, c, k)
+    });
+    roots.map(|root| root.norm()).collect()
 }
 
 fn with_shape(value: Complex<f64>, shape: Shape) -> Root {

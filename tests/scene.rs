@@ -307,6 +307,7 @@ fn bad_scenes() -> Vec<Bad> {
         bad(outputs(r#"{"name": "o"}"#), "3:13: outputs[0]", "the output shows nothing: give it one of \"displacement\"", ByBoth),
         bad(outputs(r#"{"name": "o", "displacement": {"body": 1}, "force": "tyre"}"#), "outputs[0]", "has \"displacement\" and \"force\"", ByBoth),
         bad(outputs(r#"{"name": "o", "displacement": {}}"#), "outputs[0].displacement", "the sum is empty", ByBoth),
+        bad(outputs(r#"{"name": "o", "velocity": "body"}"#), "outputs[0].velocity", "expected an object whose keys are names, as {\"m1\": …}, found the text \"body\"", ByBoth),
         bad(outputs(r#"{"name": "o", "velocity": {"boy": 1}}"#), "3:47: outputs[0].velocity.boy", "did you mean \"body\"?", ByReader),
         bad(outputs(r#"{"name": "o", "force": "tire"}"#), "3:36: outputs[0].force", "did you mean \"tyre\"?", ByReader),
         bad(outputs(r#"{"name": "o", "force": "body"}"#), "outputs[0].force", "is not the name of a spring or damper: known are \"spring\" and \"tyre\"", ByReader),

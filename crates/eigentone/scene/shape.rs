@@ -365,7 +365,7 @@ impl<T> Default for ByName<T> {
 }
 
 impl<'de, T: Deserialize<'de>> Shape<'de> for ByName<T> {
-    const EXPECTED: &'static str = "an object";
+    const EXPECTED: &'static str = "an object whose keys are names, as {\"m1\": …}";
 
     fn from_object<A: MapAccess<'de>>(mut object: A) -> Result<Self, A::Error> {
         let mut seen = HashSet::new();

@@ -54,10 +54,15 @@ pub(crate) struct Echelon {
     pub(crate) work: u64,
 }
 
+/// So many multiplications an inverse takes, about.
+const INVERSE: usize = 120;
+
 /// Eliminates the n rows of an n × n matrix.
 pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     let n = rows.len();
     let mut determinant = field.integer(1);
+    // What rows were multiplied by.
+    let mut scales = field.integer(1);
     let mut independent = Vec::with_capacity(n);
     let mut work = n as u64;
     let mut waiting: Vec<Vec<(usize, Row)>> = vec![Vec::new(); n];
@@ -78,14 +83,25 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
             pivots[column] = Some(pivot);
             continue;
         }
-        let scale = field.negative(field.inverse(pivot.values[0]));
+        let lead = pivot.values[0];
+        let entries: usize = bucket.iter().map(|(_, row)| row.values.len()).sum();
+        let inverse = (entries > INVERSE).then(|| field.inverse(lead));
         for (index, mut row) in bucket {
-            let factor = field.product(row.values[0], scale);
+            let factor = match inverse {
+                Some(inverse) => field.product(row.values[0], inverse),
+                None => {
+                    let factor = row.values[0];
+                    scales = field.product(scales, lead);
+                    let each = row.values.iter_mut();
+                    each.for_each(|value| *value = field.product(*value, lead));
+                    factor
+                }
+            };
             if row.values.len() < pivot.values.len() {
                 row.values.resize(pivot.values.len(), Residue::ZERO);
             }
             for (value, &above) in row.values.iter_mut().zip(&pivot.values) {
-                *value = field.sum(*value, field.product(factor, above));
+                *value = field.difference(*value, field.product(factor, above));
             }
             work += pivot.values.len() as u64;
             row.trim();
@@ -97,8 +113,11 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     }
     if independent.len() < n {
         determinant = Residue::ZERO;
-    } else if is_odd(&independent) {
-        determinant = field.negative(determinant);
+    } else {
+        determinant = field.product(determinant, field.inverse(scales));
+        if is_odd(&independent) {
+            determinant = field.negative(determinant);
+        }
     }
     Echelon {
         determinant,

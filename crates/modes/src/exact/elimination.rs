@@ -233,6 +233,33 @@ mod tests {
         assert!(echelon.independent.contains(&3));
     }
 
+    /// The first pivots are worth an inverse, the last are not.
+    #[test]
+    fn determinants_of_long_rows_multiply() {
+        const N: usize = 24;
+        let f = PrimeField::first();
+        let matrix = |seed: usize| -> Vec<Vec<Residue>> {
+            let entry = |i: usize, j: usize| ((7 * i + 3 * j + seed).pow(3) + i * j) % 1009;
+            let row = |i: usize| (0..N).map(|j| f.integer(entry(i, j) as u64)).collect();
+            (0..N).map(row).collect()
+        };
+        let determinant = |matrix: &[Vec<Residue>]| {
+            let parts = |row: &Vec<Residue>| row.iter().copied().enumerate().collect::<Vec<_>>();
+            let rows = matrix.iter().map(|row| Row::new(&f, &parts(row)));
+            eliminate(&f, rows.collect()).determinant
+        };
+        let (a, b) = (matrix(1), matrix(500));
+        let entry = |i: usize, j: usize| {
+            let products = (0..N).map(|l| f.product(a[i][l], b[l][j]));
+            products.fold(Residue::ZERO, |sum, product| f.sum(sum, product))
+        };
+        let row = |i: usize| -> Vec<Residue> { (0..N).map(|j| entry(i, j)).collect() };
+        let product: Vec<Vec<Residue>> = (0..N).map(row).collect();
+        let [a, b, product] = [&a, &b, &product].map(|matrix| determinant(matrix));
+        assert!(!a.is_zero() && !b.is_zero());
+        assert_eq!(product, f.product(a, b));
+    }
+
     proptest! {
         #[test]
         fn a_solution_solves(numbers in prop::collection::vec(-3i32..4, 32), n in 1usize..5) {

@@ -242,18 +242,15 @@ impl FirstOrder {
 
 /// Whether M is diagonal, with a mass at every coordinate.
 fn is_lumped(system: &System) -> bool {
-    let masses = system.masses();
-    let Some(matrix) = system.added(MatrixKind::Mass) else {
-        return masses.iter().all(|mass| *mass > 0.0);
-    };
-    let mut columns = matrix.col_iter().enumerate();
-    columns.all(|(j, column)| {
-        let mut entries = column.iter().enumerate();
-        entries.all(|(i, entry)| match i == j {
-            true => *entry > 0.0 && masses[j] >= 0.0,
-            false => *entry == 0.0,
-        })
-    })
+    match system.added(MatrixKind::Mass) {
+        None => system.masses().iter().all(|mass| *mass > 0.0),
+        Some(matrix) => is_diagonal(matrix) && (0..matrix.nrows()).all(|i| matrix[(i, i)] > 0.0),
+    }
+}
+
+fn is_diagonal(matrix: MatRef<'_, f64>) -> bool {
+    let n = matrix.nrows();
+    (0..n).all(|j| (0..n).all(|i| i == j || matrix[(i, j)] == 0.0))
 }
 
 /// A square matrix ready to be divided by: by its diagonal where it has nothing else.
@@ -266,8 +263,7 @@ impl Factored {
     /// `None` if it is singular.
     fn of(matrix: MatRef<'_, f64>) -> Option<Factored> {
         let n = matrix.nrows();
-        let is_diagonal = (0..n).all(|i| (0..n).all(|j| i == j || matrix[(i, j)] == 0.0));
-        if is_diagonal {
+        if is_diagonal(matrix) {
             let diagonal: Vec<f64> = (0..n).map(|i| matrix[(i, i)]).collect();
             return diagonal
                 .iter()

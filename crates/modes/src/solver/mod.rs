@@ -87,7 +87,7 @@ impl System {
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
     if let Precision::Certified { tolerance } = precision
-        && let Some(answer) = at_once(system, tolerance)
+        && let Some(answer) = from_states(system, tolerance)
     {
         return Ok(answer);
     }
@@ -129,7 +129,7 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
 }
 
 /// Proved from the roots of the state matrix as they are, where the plan picks it.
-fn at_once(system: &System, tolerance: f64) -> Option<Modes> {
+fn from_states(system: &System, tolerance: f64) -> Option<Modes> {
     let structure = system.structure();
     if structure.zero_roots() != Some(0) || shifted::is_needed(system) {
         return None;

@@ -34,6 +34,15 @@ impl<T: Real> Ball<T> {
         radius: Magnitude::ZERO,
     };
 
+    /// 1, exactly.
+    pub const ONE: Ball<T> = Ball {
+        middle: WideComplex {
+            re: T::ONE,
+            im: T::ZERO,
+        },
+        radius: Magnitude::ZERO,
+    };
+
     /// The disc of that midpoint and radius.
     #[inline]
     pub fn new(middle: WideComplex<T>, radius: Magnitude) -> Ball<T> {

@@ -33,7 +33,7 @@ impl<T: Real> WideComplex<T> {
 
     /// |z|, in double.
     pub fn norm(self) -> f64 {
-        self.re.to_f64().hypot(self.im.to_f64())
+        modulus(self.re.to_f64(), self.im.to_f64())
     }
 
     /// `re − i·im`.
@@ -73,6 +73,18 @@ impl<T: Real> WideComplex<T> {
     #[inline]
     pub(crate) fn magnitude(self) -> Magnitude {
         self.re.magnitude().hypot(self.im.magnitude())
+    }
+}
+
+/// |re + i·im| within two units in the last place, quickly where squares stay within the range of doubles.
+#[inline]
+pub fn modulus(re: f64, im: f64) -> f64 {
+    const RANGE: std::ops::Range<f64> = 1e-280..1e300;
+    let square = re * re + im * im;
+    if RANGE.contains(&square) {
+        square.sqrt()
+    } else {
+        re.hypot(im)
     }
 }
 

@@ -44,7 +44,7 @@ mod wide;
 
 pub use ball::Ball;
 pub use ball_matrix::BallMatrix;
-pub use complex::{ComplexDoubleDouble, WideComplex};
+pub use complex::{ComplexDoubleDouble, WideComplex, modulus};
 pub use dense::{
     Cholesky, Entry, Lu, RealEigen, eigen, eigenvalues, real_eigen, singular_values, svd, thin_svd,
 };

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use eigentone_digits::{DoubleDouble, Lanes};
-use faer::MatRef;
+use eigentone_digits::{DoubleDouble, Lanes, product};
+use faer::{Mat, MatRef};
 
 use super::sliced::{self, Rounding};
 use super::summed::{self, Rows};
@@ -18,7 +18,7 @@ pub(super) const UPWARD: f64 = 1.0 + 1e-9;
 const LARGE: usize = 48;
 
 /// The same for products with a full matrix.
-const FULL: usize = 128;
+const FULL: usize = 64;
 
 /// As many as leave no more than what double-doubles round.
 pub(super) const SLICES: usize = 3;
@@ -119,6 +119,20 @@ impl<'a> Form<'a> {
     /// The same, in so many slices where [`is_sliced`](Self::is_sliced).
     pub(super) fn gram_in(&self, slices: usize, columns: &[Vec<DoubleDouble>]) -> Gram {
         self.products(columns, None, slices)
+    }
+
+    /// xᵀAx for each column, in doubles.
+    pub(super) fn diagonal(&self, columns: &[Vec<DoubleDouble>]) -> Vec<f64> {
+        let x = Mat::from_fn(self.n, columns.len(), |i, j| columns[j][i].to_f64());
+        let forces = self.matrix.map(|matrix| product(matrix, x.as_ref()));
+        let of = |j: usize| {
+            let at = |node: Node| node.coordinate().map_or(0.0, |i| x[(i, j)]);
+            let energy = |e: &Element| e.coefficient * (at(e.first) - at(e.second)).powi(2);
+            let elements: f64 = self.elements.iter().map(energy).sum();
+            let force = |i: usize| forces.as_ref().map_or(0.0, |forces| forces[(i, j)]);
+            elements + (0..self.n).map(|i| x[(i, j)] * force(i)).sum::<f64>()
+        };
+        (0..columns.len()).map(of).collect()
     }
 
     /// Whether products of so many columns with as many others are taken in slices.
@@ -474,6 +488,14 @@ fn square(k: f64, x: f64) -> f64 {
 impl Gram {
     pub(super) fn at(&self, i: usize, j: usize) -> DoubleDouble {
         self.entries[i * self.size + j]
+    }
+
+    pub(super) fn row(&self, i: usize) -> &[DoubleDouble] {
+        &self.entries[i * self.size..][..self.size]
+    }
+
+    pub(super) fn row_errors(&self, i: usize) -> &[f64] {
+        &self.errors[i * self.size..][..self.size]
     }
 
     /// A bound of |entry (i, j)|.

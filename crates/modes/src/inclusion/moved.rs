@@ -39,14 +39,14 @@ impl Form<'_> {
         let (of_change, of_columns) = (sizes(&change), sizes(&kept.columns));
         // A and D round, and sums of n products.
         let pull_unit = (self.n as f64 + 8.0) * 2f64.powi(-53);
-        let slice = sliced::unit(1, self.n);
-        let is_near = |j: usize| {
-            let added = of_change[j] * (slice * of_columns[j] + pull_unit * of_change[j]);
-            added <= LITTLE * before.error(j, j)
+        let is_near = |slices: &usize| {
+            let slice = sliced::unit(*slices, self.n);
+            (0..size).all(|j| {
+                let added = of_change[j] * (slice * of_columns[j] + pull_unit * of_change[j]);
+                added <= LITTLE * before.error(j, j)
+            })
         };
-        if !(0..size).all(is_near) {
-            return None;
-        }
+        let slices_of_change = (0..=1).find(is_near)?;
         let rounded = Mat::from_fn(self.n, size, |i, j| change[j][i].to_f64());
         let pull = product(self.matrix?, rounded.as_ref());
         let pulled = |by: f64| -> Vec<Vec<DoubleDouble>> {
@@ -56,7 +56,7 @@ impl Form<'_> {
             });
             each.collect()
         };
-        let (shares, products) = sliced::products(&pulled(0.5), &change, 1, false)?;
+        let (shares, products) = sliced::products(&pulled(0.5), &change, slices_of_change, false)?;
         let moved = kept.moved.iter().zip(&of_change);
         let moved: Vec<f64> = moved.map(|(before, now)| before + now).collect();
         let felt = kept.of_forces.as_ref().map(|rounding| {

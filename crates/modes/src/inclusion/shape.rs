@@ -81,6 +81,7 @@ impl Enclosed {
             return None;
         }
         let end = hidden(components.len());
+        let inverse = Ball::ONE.checked_div(divisor)?;
         let mut enclosed = Enclosed {
             shape: Vec::with_capacity(components.len()),
             bounds: Vec::with_capacity(components.len()),
@@ -89,7 +90,7 @@ impl Enclosed {
             let (value, bound) = if i == pivot {
                 (Complex::ONE, 0.0)
             } else {
-                rounded(component.checked_div(divisor)?, is_real, end)
+                rounded(*component * inverse, is_real, end)
             };
             if !value.is_finite() || !bound.is_finite() {
                 return None;
@@ -145,14 +146,22 @@ impl Enclosed {
 fn largest<T: Real>(components: &[Ball<T>]) -> Option<usize> {
     /// Of squares: half of the distance from 1 to the double below it, twice.
     const TIE: f64 = f64::EPSILON / 2.0;
+    /// Far below what doubles distinguish.
+    const NEAR: f64 = 1.0 - 1e-12;
     let square = |x: &Ball<T>| {
         let middle = x.middle();
         middle.re * middle.re + middle.im * middle.im
     };
+    let sizes: Vec<f64> = components.iter().map(|x| x.middle().norm()).collect();
+    let most = sizes.iter().fold(0.0, |most: f64, size| most.max(*size));
+    let is_large = |at: &usize| sizes[*at] >= NEAR * most || !most.is_normal();
+    let large = || (0..components.len()).filter(is_large);
     let larger = |a: T, b: T| if a < b { b } else { a };
-    let top = components.iter().map(square).fold(T::ZERO, larger);
+    let top = large()
+        .map(|at| square(&components[at]))
+        .fold(T::ZERO, larger);
     let least = top - top.mul_f64(TIE);
-    components.iter().position(|x| square(x) >= least)
+    large().find(|at| square(&components[*at]) >= least)
 }
 
 /// The nearest double, and how far the component may be from it.
@@ -167,7 +176,12 @@ fn rounded<T: Real>(ball: Ball<T>, is_real: bool, end: f64) -> (Complex<f64>, f6
         }
     };
     let mut value = Complex::new(middle.re.to_f64(), middle.im.to_f64());
-    if !ball.contains_zero() {
+    // Most are, by far.
+    let twice = 2.0 * ball.radius().to_f64();
+    let is_clear = value.re.abs() > twice && (value.im.abs() > twice || middle.im.is_zero());
+    if is_clear {
+        // Both parts are what they seem.
+    } else if !ball.contains_zero() {
         value = Complex::new(part(middle.re), part(middle.im));
     } else if upper(ball) <= end {
         value = Complex::ZERO;

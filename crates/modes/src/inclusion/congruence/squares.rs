@@ -3,8 +3,8 @@
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use eigentone_digits::{Ball, DoubleDouble};
-use faer::Mat;
+use eigentone_digits::{Ball, DoubleDouble, product};
+use faer::{ColRef, Mat};
 
 use super::closer::Closer;
 use super::forms::Basis;
@@ -13,6 +13,7 @@ use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::gram::{Form, SLICES, UPWARD};
 use crate::inclusion::inert::Inert;
 use crate::inclusion::quadratic::around;
+use crate::inclusion::sliced;
 use crate::system::System;
 
 /// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
@@ -178,18 +179,24 @@ fn basis<'a>(system: &'a System, shapes: Vec<Vec<f64>>) -> Option<Basis<'a>> {
         return None;
     }
     let mass = system.mass_matrix();
-    let normed = |shape: &[f64]| {
-        let column = Mat::from_fn(n, 1, |i, _| shape[i]);
-        let norm = (column.transpose() * &mass * &column)[(0, 0)].sqrt();
-        shape.iter().map(|x| x / norm).collect::<Vec<f64>>()
+    let normed = |shapes: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+        let all = Mat::from_fn(n, shapes.len(), |i, j| shapes[j][i]);
+        let pulls = product(mass.as_ref(), all.as_ref());
+        let each = shapes.into_iter().zip(pulls.col_iter());
+        let one = |(mut shape, pull): (Vec<f64>, ColRef<'_, f64>)| {
+            let square: f64 = shape.iter().zip(pull.iter()).map(|(x, y)| x * y).sum();
+            shape.iter_mut().for_each(|x| *x /= square.sqrt());
+            shape
+        };
+        each.map(one).collect()
     };
-    let mut columns: Vec<Vec<f64>> = shapes.iter().map(|shape| normed(shape)).collect();
+    let mut columns = normed(shapes);
     let elastic = columns.len() + null;
     let whole = rigid.iter().map(|part| {
         let within = |i| if part.contains(&i) { 1.0 } else { 0.0 };
-        normed(&(0..n).map(within).collect::<Vec<f64>>())
+        (0..n).map(within).collect()
     });
-    let whole: Vec<Vec<f64>> = whole.collect();
+    let whole = normed(whole.collect());
     if null > 0 {
         columns.extend(complement(&mass, columns.iter().chain(&whole), null)?);
     }
@@ -197,6 +204,12 @@ fn basis<'a>(system: &'a System, shapes: Vec<Vec<f64>>) -> Option<Basis<'a>> {
     let precise = |column: Vec<f64>| column.into_iter().map(DoubleDouble::from).collect();
     let mut columns: Vec<Vec<DoubleDouble>> = columns.into_iter().map(precise).collect();
     let stiffness = Form::stiffness(system);
+    let moving = &mut columns[..elastic];
+    if stiffness.is_sliced(elastic)
+        && sliced::are_alike(stiffness.diagonal(moving).into_iter().map(f64::abs))
+    {
+        moving.iter_mut().for_each(|column| sliced::shorten(column));
+    }
     for _ in 0..2 {
         inert.follow(&stiffness, &mut columns[..elastic]);
     }

@@ -17,7 +17,7 @@ use eigentone_digits::product;
 use faer::Mat;
 
 use super::discs::Disc;
-use super::pair::Pair;
+use super::pair::{Pair, norm};
 use super::rows::Rows;
 use crate::inclusion::gram::UPWARD;
 
@@ -83,22 +83,29 @@ impl Rows {
                 (first[(j, at)] + row(j, at, by_reach[(j, at)], by_mixed[(j, at)])) * UPWARD
             })
         };
-        let shares = next(&first) * faer::Scale(2.0);
-        let mapped = next(&shares);
+        let is_inside = |shares: &Mat<f64>, mapped: &Mat<f64>, at: usize| {
+            (0..all).all(|j| {
+                j == owners[at] || (gaps[(j, at)] > LEAST_GAP && mapped[(j, at)] < shares[(j, at)])
+            })
+        };
+        let mut shares = &first * faer::Scale(2.0);
+        let mut mapped = next(&shares);
+        // What couples columns only by way of others shows in the next step.
+        if !(0..alone.len()).all(|at| is_inside(&shares, &mapped, at)) {
+            shares = mapped * faer::Scale(2.0);
+            mapped = next(&shares);
+        }
         let parts = match side {
             Side::Right => Pair::right,
             Side::Left => Pair::left,
         };
         let components = Mat::from_fn(pairs[0].right.re.len(), all, |row, j| {
             let column = self.columns[j].pair;
-            parts(&pairs[column]).at(row).norm() * self.tau[column] * UPWARD
+            norm(parts(&pairs[column]).at(row)) * self.tau[column] * UPWARD
         });
         let errors = product(components.as_ref(), shares.as_ref());
         let error = |at: usize| {
-            let inside = |j: usize| {
-                j == owners[at] || (gaps[(j, at)] > LEAST_GAP && mapped[(j, at)] < shares[(j, at)])
-            };
-            if !(0..all).all(inside) {
+            if !is_inside(&shares, &mapped, at) {
                 return None;
             }
             // In proportion to the pair's own column.

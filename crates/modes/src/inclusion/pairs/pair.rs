@@ -1,11 +1,12 @@
 //! Approximate roots with their shapes.
 
-use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, modulus};
 use faer::c64;
 use num_complex::Complex;
 
 use crate::inclusion::gram::{Form, Gram};
 use crate::inclusion::inert::Inert;
+use crate::inclusion::sliced;
 use crate::inclusion::slow::{self, Slow};
 use crate::modes::Mode;
 use crate::system::System;
@@ -91,6 +92,11 @@ impl Pair {
         self.right.im.is_empty()
     }
 
+    /// How many real columns its shape is.
+    pub(super) fn parts(&self) -> usize {
+        if self.is_real() { 1 } else { 2 }
+    }
+
     pub(super) fn right(&self) -> &Parts {
         &self.right
     }
@@ -119,6 +125,10 @@ pub(super) struct Column {
 
 pub(super) fn plain(z: ComplexDoubleDouble) -> c64 {
     c64::new(z.re.to_f64(), z.im.to_f64())
+}
+
+pub(super) fn norm(z: c64) -> f64 {
+    modulus(z.re, z.im)
 }
 
 impl<'a> Pairs<'a> {
@@ -199,10 +209,8 @@ impl<'a> Pairs<'a> {
                 },
             });
         }
-        let count: usize = pairs
-            .iter()
-            .map(|pair| if pair.is_real() { 1 } else { 2 })
-            .sum();
+        let count: usize = pairs.iter().map(Pair::parts).sum();
+        shorten(system, &mut pairs);
         let all = stand_ins.next().is_none() && count + drifts == states;
         all.then_some(Pairs {
             system,
@@ -373,6 +381,22 @@ impl<'a> Pairs<'a> {
             }
         };
         self.pairs.iter().enumerate().flat_map(both).collect()
+    }
+}
+
+/// Shortens shapes whose forms are taken in slices, where roots are of nearly the same size.
+fn shorten(system: &System, pairs: &mut [Pair]) {
+    let forms = [Form::mass, Form::damping, Form::stiffness].map(|form| form(system));
+    let count = pairs.iter().map(Pair::parts).sum();
+    let squares = pairs.iter().map(|pair| pair.value.norm().powi(2));
+    if !forms.iter().any(|form| form.is_sliced(count)) || !sliced::are_alike(squares) {
+        return;
+    }
+    for pair in pairs.iter_mut().filter(|pair| !pair.is_given()) {
+        for Parts { re, im } in std::iter::once(&mut pair.right).chain(&mut pair.left) {
+            sliced::shorten(re);
+            sliced::shorten(im);
+        }
     }
 }
 

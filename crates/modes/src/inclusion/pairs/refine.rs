@@ -6,9 +6,10 @@
 //! are mixed however far apart resolved by a [Rayleigh–Ritz step](super::ritz).
 
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
+use faer::prelude::Reborrow;
 use faer::{ColMut, Mat, c64};
 
-use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
+use super::pair::{Column, Origin, Pair, Pairs, Parts, norm, plain};
 use super::ritz::End;
 use super::rows::Rows;
 use crate::inclusion::groups::join;
@@ -204,6 +205,7 @@ impl Pairs<'_> {
         let n = self.system.len();
         let (all, count) = (rows.columns.len(), self.pairs.len());
         let mut change = Mat::<c64>::zeros(all, count);
+        let weights = rows.weights();
         for i in (0..count).filter(|i| !self.pairs[*i].is_given()) {
             let own = rows.place(i, false);
             for (at, other) in rows.columns.iter().enumerate() {
@@ -228,11 +230,11 @@ impl Pairs<'_> {
                         (second * across - first * b) / (a * b - across * back)
                     }
                 };
-                if !rows.mixes(i, *other, share) {
+                if share.is_finite() && !rows.mixes(i, *other, share, 1.0) {
                     change[(at, i)] = share;
                 }
             }
-            self.take_smaller_half(rows, i, change.col_mut(i));
+            self.take_smaller_half(rows, i, &weights, change.col_mut(i));
         }
         let shapes = Mat::<c64>::from_fn(n, all, |row, at| {
             let Column { pair, conjugate } = rows.columns[at];
@@ -245,7 +247,13 @@ impl Pairs<'_> {
     /// The shares c_j of columns (x_j, λ_jx_j) that correct (x_i, λ_ix_i), for x_i alone: the upper half says c_j, the lower
     /// c_jλ_j/ρ_i and λ_i/ρ_i − 1 of x_i itself. The smaller one counts: what cancels of columns with nearly the same
     /// shape leaves the errors of these shapes.
-    fn take_smaller_half(&self, rows: &Rows, i: usize, mut shares: ColMut<'_, c64>) {
+    fn take_smaller_half(
+        &self,
+        rows: &Rows,
+        i: usize,
+        weights: &[[f64; 2]],
+        mut shares: ColMut<'_, c64>,
+    ) {
         /// By so much the lower half is to be smaller: shares of faster columns are larger there.
         const CANCELS: f64 = 1e-3;
         let rho = plain(rows.rho[i]);
@@ -255,12 +263,12 @@ impl Pairs<'_> {
             (if conjugate { value.conj() } else { value }) / rho
         };
         let (mut upper, mut lower) = (0.0, 0.0);
-        for at in 0..shares.nrows() {
-            let size = shares[at].norm() / rows.own_of(rows.columns[at]).norm().sqrt();
+        for (share, [weight, value]) in shares.rb().iter().zip(weights) {
+            let size = norm(*share) * weight;
             upper += size;
-            lower += size * ratio(at).norm();
+            lower += size * value;
         }
-        if lower < CANCELS * upper {
+        if lower < CANCELS * upper * norm(rho) {
             (0..shares.nrows()).for_each(|at| shares[at] *= ratio(at));
             let own = rows.place(i, false);
             shares[own] = ratio(own) - 1.0;
@@ -269,16 +277,26 @@ impl Pairs<'_> {
 }
 
 impl Rows {
+    /// By how much a share of each column counts, and |λ| of it.
+    fn weights(&self) -> Vec<[f64; 2]> {
+        let of = |column: &Column| {
+            let value = self.values[column.pair].norm();
+            [norm(self.own_of(*column)).sqrt().recip(), value]
+        };
+        self.columns.iter().map(of).collect()
+    }
+
     /// a_ji − ρ_i b_ji for the column j.
     fn across(&self, i: usize, at: usize) -> c64 {
         self.shifted(at, self.place(i, false), self.rho[i])
     }
 
-    /// Whether so large a share of another column is more than a correction.
-    fn mixes(&self, i: usize, other: Column, share: c64) -> bool {
+    /// Whether so large a share of another column, `coupling` over `whole`, is more than a correction.
+    fn mixes(&self, i: usize, other: Column, coupling: c64, whole: f64) -> bool {
         const SMALL: f64 = 1e-2;
         let ratio = self.tau[i] / self.tau[other.pair];
-        !share.is_finite() || share.norm() * ratio > SMALL
+        let is_small = whole > 0.0 && norm(coupling) * ratio <= SMALL * whole;
+        !is_small
     }
 
     /// How many columns are mixed with others, conjugates counted.
@@ -291,9 +309,8 @@ impl Rows {
     pub(super) fn are_near(&self, i: usize, j: usize) -> bool {
         const NEAR: f64 = 0.1;
         // A mixed column may have the quotient of what it is mixed with.
-        let near = |roots: &[ComplexDoubleDouble]| {
-            plain(roots[i] - roots[j]).norm() <= NEAR * roots[i].norm()
-        };
+        let near =
+            |roots: &[ComplexDoubleDouble]| (roots[i] - roots[j]).norm() <= NEAR * roots[i].norm();
         near(&self.rho) && near(&self.values)
     }
 
@@ -310,11 +327,10 @@ impl Rows {
     /// Whether the pair i is mixed with a column.
     fn is_mixed(&self, i: usize, at: usize) -> bool {
         let other = self.columns[at];
-        let whole = self.own_of(other) * plain(self.rho[i] - self.rho_of(other));
-        // The shares of its shapes on the left and on the right.
-        let couplings = [self.rows[i].h[at], self.across(i, at)];
-        let mut shares = couplings.into_iter().map(|coupling| coupling / whole);
-        shares.any(|share| self.mixes(i, other, share))
+        let whole = norm(self.own_of(other) * plain(self.rho[i] - self.rho_of(other)));
+        // Of its shapes on the left and on the right.
+        self.mixes(i, other, self.rows[i].h[at], whole)
+            || !self.is_symmetric && self.mixes(i, other, self.across(i, at), whole)
     }
 
     /// Groups of pairs with columns so far from what they should be that corrections do not separate them: those of roots near

@@ -1,9 +1,9 @@
 //! The rows of ZᵀAZ − λZᵀBZ, with bounds of their entries.
 
-use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Real};
 use faer::c64;
 
-use super::pair::{Column, Origin, Pair, Pairs, plain};
+use super::pair::{Column, Origin, Pair, Pairs, norm, plain};
 use crate::inclusion::gram::{Form, Gram, SLICES, UPWARD};
 
 type Columns = Vec<Vec<DoubleDouble>>;
@@ -27,6 +27,8 @@ pub(super) struct Rows {
     twin: Vec<Option<usize>>,
     /// Where the column of each pair stands.
     places: Vec<usize>,
+    /// Whether rows are columns.
+    pub(super) is_symmetric: bool,
     /// Of M, C and K.
     forms: [Gram; 3],
 }
@@ -68,15 +70,11 @@ impl Pairs<'_> {
         }
         let damping = gram(1, left.as_ref(), &columns);
         let stiffness = gram(2, left.as_ref(), &columns);
-        let products = Products {
-            pairs: &self.pairs,
-            places: &places,
-        };
         // What coordinates that follow at once leave of each shape, by the size that K gives it.
         let follow = |columns: &[Vec<DoubleDouble>]| -> Vec<f64> {
             let left = self.inert.left(&forms[2], columns);
             let of = |i: usize| {
-                let parts = if self.pairs[i].is_real() { 1 } else { 2 };
+                let parts = self.pairs[i].parts();
                 let sum: f64 = left[places[i]..places[i] + parts].iter().sum();
                 match self.pairs[i].origin {
                     Origin::Rest => 0.0,
@@ -92,7 +90,7 @@ impl Pairs<'_> {
         // What is left of the motions that drift, in each shape.
         let losses = |upper: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
             let loss = |i: usize| {
-                let parts = if self.pairs[i].is_real() { 1 } else { 2 };
+                let parts = self.pairs[i].parts();
                 let left = (0..parts).map(|part| drifting.left_of(places[i] + part, upper));
                 left.sum::<f64>() * UPWARD
             };
@@ -103,96 +101,16 @@ impl Pairs<'_> {
         let drift = losses_left.iter().zip(&losses_right);
         let drift = drift.map(|(left, right)| drifting.largest * left.max(*right) * UPWARD);
         let drift = drift.collect();
-        let columns = self.columns();
-        let value = |column: Column| {
-            let value = self.pairs[column.pair].value;
-            if column.conjugate {
-                value.conj()
-            } else {
-                value
-            }
+        let forms = [&mass, &damping, &stiffness];
+        let products = Products::of(&self.pairs, &places, forms, count);
+        let added = Added {
+            follow: [follow_left, &follow_right],
+            losses: [&losses_left, &losses_right],
         };
-        let sizes: Vec<f64> = self.pairs.iter().map(|pair| pair.value.norm()).collect();
-        let own = |pair: usize| Column {
-            pair,
-            conjugate: false,
-        };
-        let of = |i: usize, other: Column, rho: ComplexDoubleDouble| -> Entry {
-            let fixed = [i, other.pair]
-                .map(|i| self.pairs[i].origin)
-                .contains(&Origin::Rest);
-            let (k, k_error) = if fixed {
-                (ComplexDoubleDouble::ZERO, 0.0)
-            } else {
-                products.of(&stiffness, i, other)
-            };
-            let k_error = k_error + follow_left[i] * follow_right[other.pair];
-            let (m, m_error) = products.of(&mass, i, other);
-            let (c, c_error) = products.of(&damping, i, other);
-            let m_error = m_error + losses_left[i] * losses_right[other.pair];
-            let (first, second) = (self.pairs[i].value, value(other));
-            let (product, sum) = (first * second, first + second);
-            let a = k - product * m;
-            let b = -(c + sum * m);
-            let (product, sum) = (sizes[i] * sizes[other.pair], sum.norm());
-            let [k, m, c] = [k, m, c].map(|z| plain(z).l1_norm());
-            let (a_size, b_size) = (k + product * m, c + sum * m);
-            let a_error = k_error + product * m_error + ROUNDING * a_size;
-            let b_error = c_error + sum * m_error + ROUNDING * b_size;
-            let rounding = ROUNDING * (a_size + rho.norm() * b_size);
-            Entry {
-                a,
-                b,
-                h: plain(a - rho * b),
-                h_error: (a_error + rho.norm() * b_error + rounding) * UPWARD,
-                b_error: b_error * UPWARD,
-            }
-        };
-        let mut rho = Vec::with_capacity(self.pairs.len());
-        for i in 0..self.pairs.len() {
-            let entry = of(i, own(i), ComplexDoubleDouble::ZERO);
-            let quotient = if self.pairs[i].value.norm() > 0.0 {
-                entry.a / entry.b
-            } else {
-                ComplexDoubleDouble::ZERO
-            };
-            if !quotient.is_finite() || entry.b.norm() == 0.0 {
-                return None;
-            }
-            rho.push(if self.pairs[i].is_real() {
-                ComplexDoubleDouble {
-                    im: DoubleDouble::ZERO,
-                    ..quotient
-                }
-            } else {
-                quotient
-            });
-        }
-        let row = |i: usize| {
-            let of_own = plain(of(i, own(i), ComplexDoubleDouble::ZERO).b);
-            let size = of_own.norm() / UPWARD;
-            let mut row = Row {
-                h: Vec::with_capacity(columns.len()),
-                b: Vec::with_capacity(columns.len()),
-                reach: Vec::with_capacity(columns.len()),
-                mixed: Vec::with_capacity(columns.len()),
-                own: of_own,
-            };
-            for other in &columns {
-                let entry = of(i, *other, rho[i]);
-                let mixed = if *other == own(i) {
-                    0.0
-                } else {
-                    entry.b.norm()
-                };
-                row.h.push(entry.h);
-                row.b.push(plain(entry.b));
-                row.reach.push((entry.h.norm() + entry.h_error) / size);
-                row.mixed.push((mixed + entry.b_error) / size);
-            }
-            row
-        };
-        let rows: Vec<Row> = (0..self.pairs.len()).map(row).collect();
+        let found: Option<Vec<_>> = (0..self.pairs.len())
+            .map(|i| products.row(i, &added))
+            .collect();
+        let (rho, rows): (Vec<ComplexDoubleDouble>, Vec<Row>) = found?.into_iter().unzip();
         let origins: Vec<Origin> = self.pairs.iter().map(|pair| pair.origin).collect();
         let sizes = rho.iter().map(|rho| rho.norm());
         let known = sizes
@@ -206,7 +124,7 @@ impl Pairs<'_> {
         let tau: Vec<f64> = tau.collect();
         let usable = tau.iter().all(|tau| tau.is_normal());
         usable.then_some(Rows {
-            columns,
+            columns: self.columns(),
             values: self.pairs.iter().map(|pair| pair.value).collect(),
             rho,
             rows,
@@ -215,6 +133,7 @@ impl Pairs<'_> {
             origins,
             twin: self.twins(&mass, &places),
             places,
+            is_symmetric: left.is_none(),
             forms: [mass, damping, stiffness],
         })
     }
@@ -290,49 +209,249 @@ impl Drifting {
     }
 }
 
-/// a_ij and b_ij, and h_ij b_ii, with how far each may be off.
-struct Entry {
-    a: ComplexDoubleDouble,
-    b: ComplexDoubleDouble,
-    h: c64,
-    h_error: f64,
-    b_error: f64,
+/// What is added to the errors of entries (i, j): the products of numbers of i on the left and of j on the right.
+struct Added<'a> {
+    /// To those of yᵀKx.
+    follow: [&'a [f64]; 2],
+    /// To those of yᵀMx.
+    losses: [&'a [f64]; 2],
 }
 
-/// Complex products from those of real columns.
+/// Rows of complex columns from products of real ones.
 struct Products<'a> {
     pairs: &'a [Pair],
     places: &'a [usize],
+    /// Of M, C and K.
+    forms: [&'a Gram; 3],
+    /// How many real columns there are.
+    count: usize,
+    /// Re λ and Im λ, the latter with the sign that it has in each real column of XΛ: for x_j = r + is, those are
+    /// r Re λ − s Im λ and s Re λ + r Im λ.
+    values: [Vec<DoubleDouble>; 2],
+    zeros: Vec<DoubleDouble>,
 }
 
-impl Products<'_> {
-    /// y_iᵀAx_j, x_j perhaps conjugated, and a bound of its error.
-    fn of(&self, gram: &Gram, i: usize, other: Column) -> (ComplexDoubleDouble, f64) {
-        let j = other.pair;
-        let (p, q) = (self.places[i], self.places[j]);
-        let (first, second) = (!self.pairs[i].is_real(), !self.pairs[j].is_real());
-        let sign = if other.conjugate { -1.0 } else { 1.0 };
-        let (mut re, mut im) = (gram.at(p, q), DoubleDouble::ZERO);
-        let mut error = gram.error(p, q);
-        if second {
-            im += gram.at(p, q + 1) * sign;
-            error += gram.error(p, q + 1);
+/// Complex numbers for all real columns, real parts before imaginary ones.
+type Complex = [Vec<DoubleDouble>; 2];
+
+/// Bounds of the errors of real columns.
+struct Errors {
+    /// Of b_ij but for what λ_j counts, and times |λ_j|.
+    b: [Vec<f64>; 2],
+    /// Of a_ij − ρ_ib_ij.
+    h: [Vec<f64>; 2],
+}
+
+impl<'a> Products<'a> {
+    fn of(
+        pairs: &'a [Pair],
+        places: &'a [usize],
+        forms: [&'a Gram; 3],
+        count: usize,
+    ) -> Products<'a> {
+        let mut values = [0, 1].map(|_| vec![DoubleDouble::ZERO; count]);
+        for (pair, &place) in pairs.iter().zip(places) {
+            values[0][place..place + pair.parts()].fill(pair.value.re);
+            if !pair.is_real() {
+                (values[1][place], values[1][place + 1]) = (-pair.value.im, pair.value.im);
+            }
         }
-        if first {
-            im += gram.at(p + 1, q);
-            error += gram.error(p + 1, q);
+        Products {
+            pairs,
+            places,
+            forms,
+            count,
+            values,
+            zeros: vec![DoubleDouble::ZERO; count],
         }
-        if first && second {
-            let part = gram.at(p + 1, q + 1);
-            re -= part * sign;
-            error += gram.error(p + 1, q + 1);
-            // The sums round as well.
-            let size = gram.at(p, q).to_f64().abs() + part.to_f64().abs();
-            error += ROUNDING * (size + gram.at(p, q + 1).to_f64().abs());
-            error += ROUNDING * gram.at(p + 1, q).to_f64().abs();
-        }
-        (ComplexDoubleDouble { re, im }, error * UPWARD)
     }
+
+    /// ρ_i and row i: with u_ij = y_iᵀ(C + λ_iM)x_j, b_ij = −(u_ij + λ_j y_iᵀMx_j) and
+    ///
+    /// a_ij − ρ_ib_ij = y_iᵀKx_j + ρ_iu_ij + (ρ_i − λ_i)λ_j y_iᵀMx_j,
+    ///
+    /// the last term of which is as small as the correction of λ_i, so that doubles hold enough of it. All but that is found
+    /// for real columns first. `None` where a shape has no root.
+    fn row(&self, i: usize, added: &Added<'_>) -> Option<(ComplexDoubleDouble, Row)> {
+        let pair = &self.pairs[i];
+        let [mass, damping, stiffness] = self.forms.map(|gram| self.of_left(gram, i));
+        let mut u = damping.map(<[_]>::to_vec);
+        add_multiple(&mut u, pair.value, mass);
+        let mut b = u.clone();
+        self.add_by_column(&mut b, mass);
+        let mut rest = stiffness.map(<[_]>::to_vec);
+        self.clear_at_rest(&mut rest, i);
+        let own = Column {
+            pair: i,
+            conjugate: false,
+        };
+        let of_own = -self.at(b.each_ref().map(|part| &part[..]), own);
+        if of_own.norm() == 0.0 {
+            return None;
+        }
+        let mut rho = ComplexDoubleDouble::ZERO;
+        if pair.value.norm() > 0.0 {
+            let square = pair.value * pair.value;
+            let of_stiffness = self.at(rest.each_ref().map(|part| &part[..]), own);
+            rho = (of_stiffness - square * self.at(mass, own)) / of_own;
+        }
+        if pair.is_real() {
+            rho.im = DoubleDouble::ZERO;
+        }
+        if !rho.is_finite() {
+            return None;
+        }
+        add_multiple(&mut rest, rho, u.each_ref().map(|part| &part[..]));
+        let step = plain(rho - pair.value);
+        let errors = self.errors(i, rho.norm(), step.norm());
+        let size = of_own.norm() / UPWARD;
+        let mut row = Row {
+            h: Vec::with_capacity(self.count),
+            b: Vec::with_capacity(self.count),
+            reach: Vec::with_capacity(self.count),
+            mixed: Vec::with_capacity(self.count),
+            own: plain(of_own),
+        };
+        let known = (rho.norm(), step.norm());
+        let fast = pair.value.norm();
+        for (j, other) in self.pairs.iter().enumerate() {
+            let columns = self.places[j]..self.places[j] + other.parts();
+            let speed = other.value.norm();
+            let error = |[alone, times]: &[Vec<f64>; 2]| {
+                let each = columns.clone().map(|at| alone[at] + times[at] * speed);
+                each.sum::<f64>()
+            };
+            let loss = added.losses[0][i] * added.losses[1][j];
+            let follow = added.follow[0][i] * added.follow[1][j];
+            let b_error = (error(&errors.b) + (fast + speed) * loss) * UPWARD;
+            let by_loss = (known.0 * fast + known.1 * speed) * loss;
+            let h_error = (error(&errors.h) + by_loss + follow) * UPWARD;
+            for conjugate in [false, true].into_iter().take(other.parts()) {
+                let column = Column { pair: j, conjugate };
+                let at = |[re, im]: [&[DoubleDouble]; 2]| plain(self.at([re, im], column));
+                let value = plain(other.value);
+                let value = if conjugate { value.conj() } else { value };
+                let h = at([&rest[0], &rest[1]]) + step * value * at(mass);
+                let b = -at([&b[0], &b[1]]);
+                let mixed = if column == own { 0.0 } else { norm(b) };
+                row.reach.push((norm(h) + h_error) / size);
+                row.mixed.push((mixed + b_error) / size);
+                row.h.push(h);
+                row.b.push(b);
+            }
+        }
+        Some((rho, row))
+    }
+
+    /// y_iᵀA for all real columns, real parts before imaginary ones.
+    fn of_left(&self, gram: &'a Gram, i: usize) -> [&[DoubleDouble]; 2] {
+        let row = |at: usize| &gram.row(self.places[i] + at)[..self.count];
+        let is_real = self.pairs[i].is_real();
+        [row(0), if is_real { &self.zeros } else { row(1) }]
+    }
+
+    /// The entry of a complex column.
+    #[inline]
+    fn at(&self, [re, im]: [&[DoubleDouble]; 2], column: Column) -> ComplexDoubleDouble {
+        let place = self.places[column.pair];
+        let (mut re_part, mut im_part) = (re[place], im[place]);
+        if !self.pairs[column.pair].is_real() {
+            let (re, im) = (re[place + 1], im[place + 1]);
+            if column.conjugate {
+                (re_part, im_part) = (re_part + im, im_part - re);
+            } else {
+                (re_part, im_part) = (re_part - im, im_part + re);
+            }
+        }
+        ComplexDoubleDouble {
+            re: re_part,
+            im: im_part,
+        }
+    }
+
+    /// Adds λ_j times the entries of column j, for all of them.
+    fn add_by_column(&self, to: &mut Complex, of: [&[DoubleDouble]; 2]) {
+        let [re, im] = &self.values;
+        for (to, of) in to.iter_mut().zip(of) {
+            let mut turned = of.to_vec();
+            for (pair, &place) in self.pairs.iter().zip(self.places) {
+                if !pair.is_real() {
+                    turned.swap(place, place + 1);
+                }
+            }
+            DoubleDouble::add_products(to, re, of);
+            DoubleDouble::add_products(to, im, &turned);
+        }
+    }
+
+    /// Motions at rest strain no spring.
+    fn clear_at_rest(&self, of_stiffness: &mut Complex, i: usize) {
+        for part in of_stiffness {
+            for (pair, &place) in self.places.iter().enumerate() {
+                if self.is_at_rest(i) || self.is_at_rest(pair) {
+                    part[place..place + self.pairs[pair].parts()].fill(DoubleDouble::ZERO);
+                }
+            }
+        }
+    }
+
+    fn is_at_rest(&self, pair: usize) -> bool {
+        self.pairs[pair].origin == Origin::Rest
+    }
+
+    /// What the errors and the sizes of all real products that entries of row i consist of make of them, for ρ_i and ρ_i − λ_i
+    /// of so large sizes.
+    fn errors(&self, i: usize, known: f64, moved: f64) -> Errors {
+        let fast = self.pairs[i].value.norm();
+        let rows = self.places[i]..self.places[i] + self.pairs[i].parts();
+        let sums = |gram: &Gram| -> [Vec<f64>; 2] {
+            let mut sums = [0, 1].map(|_| vec![0.0; self.count]);
+            for p in rows.clone() {
+                let each = gram.row(p).iter().zip(gram.row_errors(p));
+                let [sizes, errors] = &mut sums;
+                for ((size, error), (entry, off)) in sizes.iter_mut().zip(errors).zip(each) {
+                    *size += entry.to_f64().abs();
+                    *error += off;
+                }
+            }
+            sums
+        };
+        let [mass, damping, mut stiffness] = self.forms.map(sums);
+        for (pair, &place) in self.places.iter().enumerate() {
+            if self.is_at_rest(i) || self.is_at_rest(pair) {
+                let columns = place..place + self.pairs[pair].parts();
+                stiffness
+                    .iter_mut()
+                    .for_each(|part| part[columns.clone()].fill(0.0));
+            }
+        }
+        let whole = |[sizes, errors]: &[Vec<f64>; 2], at: usize| errors[at] + ROUNDING * sizes[at];
+        let each = |of: &dyn Fn(usize) -> f64| (0..self.count).map(of).collect();
+        Errors {
+            b: [
+                each(&|at| whole(&damping, at) + fast * whole(&mass, at)),
+                each(&|at| whole(&mass, at)),
+            ],
+            h: [
+                each(&|at| {
+                    let sum = whole(&damping, at) + fast * whole(&mass, at);
+                    whole(&stiffness, at) + known * sum
+                }),
+                each(&|at| {
+                    let [sizes, errors] = &mass;
+                    let doubles = 2f64.powi(-49) * sizes[at];
+                    moved * (errors[at] + doubles) + known * ROUNDING * sizes[at]
+                }),
+            ],
+        }
+    }
+}
+
+/// Adds factor times the entries.
+fn add_multiple(to: &mut Complex, factor: ComplexDoubleDouble, [re, im]: [&[DoubleDouble]; 2]) {
+    let [to_re, to_im] = to;
+    DoubleDouble::add_multiples(to_re, &[(factor.re, re), (-factor.im, im)]);
+    DoubleDouble::add_multiples(to_im, &[(factor.re, im), (factor.im, re)]);
 }
 
 impl Rows {

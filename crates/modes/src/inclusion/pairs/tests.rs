@@ -420,7 +420,15 @@ fn no_proof_of_what_it_is_not_meant_for() {
     assert!(certify(&system, modes.as_slice(), None, 4.0 * UNIT).is_some());
     assert!(certify(&system, &modes.as_slice()[..1], None, 4.0 * UNIT).is_none());
     let twice = [modes.as_slice()[0].clone(), modes.as_slice()[0].clone()];
-    assert!(certify(&system, &twice, None, 4.0 * UNIT).is_none());
+    // Refinement may find the one that is missing: then each is proved once.
+    if let Some(found) = certify(&system, &twice, None, 4.0 * UNIT) {
+        let holds = |root: Complex<f64>| {
+            let near = |one: &&Paired| (one.value - root).norm() <= one.bound + 1e-14;
+            found.iter().filter(near).count()
+        };
+        let each = modes.iter().map(|mode| holds(mode.eigenvalue().value));
+        assert!(each.eq([1, 1]), "{found:?}");
+    }
 }
 
 /// Roots that are proved are those that Weierstrass corrections prove.

@@ -1,7 +1,8 @@
 //! All roots of a system with damping in proportion and by modes, from proven squares of its undamped frequencies.
 //!
 //! With C = αM + βK + MΦ diag(2ζω) ΦᵀM the roots are those of λ² + γλ + σ, γ = α + βσ + 2ζ√σ, for each eigenvalue σ of (K, M).
-//! Where σ is known within a bound and α and β to 29 digits, so is γ.
+//! Where σ is known within a bound and α and β to 29 digits, so is γ. Of C = αM + βK, Q(λ) = (λ² + αλ)M + (1 + βλ)K: each node
+//! without mass, on which K is definite, adds a root −1/β.
 
 use std::ops::Range;
 
@@ -14,20 +15,21 @@ use super::gram::UPWARD;
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::system::System;
 
-/// Proves a bound for every nonzero root of a system with such damping and no massless nodes,
-/// given the elastic shapes approximately. `None` where no proof was reached.
+/// Proves a bound for every nonzero root of a system with such damping, given the same without dampers, or itself where no node
+/// without mass is damped, and its elastic shapes approximately. `None` where no proof was reached.
 pub(crate) fn certify(
     system: &System,
+    undamped: &System,
     shapes: Vec<Vec<f64>>,
     tolerance: f64,
 ) -> Option<Vec<Damped>> {
     let structure = system.structure();
-    let (proportion, ratios) = structure.law()?;
+    let (proportion, ratios) = structure.law_with_massless()?;
     let (alpha, beta) = (known(proportion.of_mass), known(proportion.of_stiffness));
     let floating = structure.spring_floating();
     let drifts = proportion.of_mass == DoubleDouble::ZERO;
     // Of a lightly damped root the real part is small against the whole.
-    let squares = squares(system, shapes, Goal::always(1e-27), tolerance)?;
+    let squares = squares(undamped, shapes, Goal::always(1e-27), tolerance)?;
     let rigid = floating.len() + squares.null;
     if structure.zero_roots() != Some(rigid * if drifts { 2 } else { 1 }) {
         return None;
@@ -69,6 +71,18 @@ pub(crate) fn certify(
         shape,
     });
     elastic.extend(relaxing);
+    let massless = structure.damped_massless();
+    if massless.len() != structure.massless().len() {
+        return None;
+    }
+    if !massless.is_empty() {
+        let gamma = Ball::ONE.checked_div(beta)?;
+        elastic.extend(massless.iter().map(|i| Modal {
+            gamma,
+            sigma: None,
+            shape: Shape::whole(system.len(), &[*i], massless.len() == 1),
+        }));
+    }
     roots(&elastic)
 }
 
@@ -124,7 +138,8 @@ mod tests {
         let modes = crate::ClassicalModes::of(system).unwrap().unwrap();
         let elastic = (0..system.len()).filter(|j| modes.stiffness()[*j] != 0.0);
         let shape = |j: usize| modes.shapes().col(j).iter().copied().collect();
-        certify(system, elastic.map(shape).collect(), 2.0 * f64::EPSILON)
+        let shapes = elastic.map(shape).collect();
+        certify(system, system, shapes, 2.0 * f64::EPSILON)
     }
 
     /// λ = −γ/2 ± √(γ²/4 − σ) for exact γ and σ, the first with Im ≥ 0.

@@ -250,6 +250,9 @@ fn proof(question: &Question<'_>) -> Option<Proof> {
             best = better(best, by_pairs(question));
         }
     }
+    if is_open(&best) {
+        best = better(best, with_massless(question));
+    }
     // What damping by modes leaves open, such as a pair at a ratio of 1, the rounding of its matrix would decide.
     let rounded = best.is_some() && question.system.structure().is_by_modes();
     if n <= LARGEST && is_open(&best) && !rounded {
@@ -358,16 +361,41 @@ fn by_undamped_shapes(question: &Question<'_>) -> Option<Proof> {
         return None;
     }
     let shapes = elastic_shapes(question.solver, system)?;
-    let in_proportion = rayleigh::certify(system, shapes.clone(), tolerance).map(|found| {
-        let claim = "what K and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits; \
-                     the damping follows exactly";
-        each_alone(found, claim)
-    });
-    in_proportion.or_else(|| {
+    in_proportion(system, system, shapes.clone(), tolerance).or_else(|| {
         let found = classically::certify(system, shapes, tolerance)?;
         let claim = "what K, C and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits";
         Some(each_alone(found, claim))
     })
+}
+
+/// Of a system with damping in proportion to M and K of which nodes without mass are damped too, by its undamped shapes.
+fn with_massless(question: &Question<'_>) -> Option<Proof> {
+    let Question {
+        solver,
+        system,
+        tolerance,
+        ..
+    } = *question;
+    let structure = system.structure();
+    if structure.damped_massless().is_empty() {
+        return None;
+    }
+    structure.law_with_massless()?;
+    let undamped = System::from(system.model().without_dampers());
+    let shapes = elastic_shapes(solver, &undamped)?;
+    in_proportion(system, &undamped, shapes, tolerance)
+}
+
+fn in_proportion(
+    system: &System,
+    undamped: &System,
+    shapes: Vec<Vec<f64>>,
+    tolerance: f64,
+) -> Option<Proof> {
+    let found = rayleigh::certify(system, undamped, shapes, tolerance)?;
+    let claim = "what K and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits; \
+                 the damping follows exactly";
+    Some(each_alone(found, claim))
 }
 
 /// Of a system without springs, by the shapes of the undamped one that has the dampers for springs:

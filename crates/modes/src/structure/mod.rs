@@ -257,6 +257,11 @@ impl Structure {
     /// α, β and ratios of damping by which γ = α + βω² + 2ζω of each undamped mode, where that is what it is: one ratio for each with
     /// ω ≠ 0, by rising ω, or none.
     pub(crate) fn law(&self) -> Option<(Proportion, &[f64])> {
+        self.law_with_massless().filter(|_| self.is_classical())
+    }
+
+    /// The same where nodes without mass are damped as well: then there is a root −1/β for each of them.
+    pub(crate) fn law_with_massless(&self) -> Option<(Proportion, &[f64])> {
         let proportion = *self.proportion.get(|| {
             let [mass, damping, stiffness] = self.coefficients.parts().map(|part| &part.matrix);
             let rest = self
@@ -267,7 +272,9 @@ impl Structure {
                 true => Some(Proportion::NONE),
                 false => rayleigh::proportion([mass, rest, stiffness]),
             };
-            self.is_classical().then(proportion).flatten()
+            let has_massless = !self.damped_massless().is_empty() && self.by_modes.is_none();
+            let may_be = self.is_classical() || has_massless && self.is_symmetric();
+            may_be.then(proportion).flatten()
         });
         let ratios = self
             .by_modes

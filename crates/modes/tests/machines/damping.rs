@@ -51,6 +51,70 @@ fn ratios_of_rayleigh_damping() {
     );
 }
 
+/// Rotations without mass relax with −1/β, all others as the undamped modes say, some of them nearly with −1/β.
+#[test]
+fn rotations_without_mass_relax_with_the_damping_of_stiffness() {
+    let (alpha, beta) = (0.1, 1e-4);
+    for elements in [10, 40, 100] {
+        let beam = || {
+            System::builder().beam(Beam {
+                name: "b".to_owned(),
+                length: 2.0,
+                elements,
+                flexural_rigidity: 100.0,
+                mass_per_length: 1.0,
+                ends: [BeamEnd::Clamped, BeamEnd::Pinned],
+                lumped: true,
+            })
+        };
+        let undamped = beam().build().expect("a system").modes().expect("modes");
+        let mut known = vec![-1.0 / beta; elements];
+        let mut pairs = Vec::new();
+        for mode in &undamped {
+            let omega = mode.natural_frequency().radians_per_second();
+            let half = 0.5 * (alpha + beta * omega * omega);
+            if half < omega {
+                pairs.push([-half, ((omega - half) * (omega + half)).sqrt()]);
+            } else {
+                let large = half + ((half - omega) * (half + omega)).sqrt();
+                known.extend([-large, -omega * omega / large]);
+            }
+        }
+        let system = beam().rayleigh(alpha, beta, None).build();
+        let modes = system.expect("a system").modes().expect("modes");
+        assert_eq!(
+            modes.bounds(),
+            Bounds::Proven,
+            "{elements}: {}",
+            modes.plan()
+        );
+        let (mut real, mut oscillating) = (Vec::new(), Vec::new());
+        for root in modes.eigenvalues() {
+            assert!(
+                root.bound.expect("proven") <= 3e-16 * root.value.norm(),
+                "{root:?}"
+            );
+            match root.value.im {
+                0.0 => real.push(root.value.re),
+                im if im > 0.0 => oscillating.push([root.value.re, im]),
+                _ => {}
+            }
+        }
+        known.sort_by(f64::total_cmp);
+        real.sort_by(f64::total_cmp);
+        oscillating.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        pairs.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+        assert_eq!([real.len(), oscillating.len()], [known.len(), pairs.len()]);
+        assert!(
+            real.iter().zip(&known).all(|(a, b)| near(*a, *b)),
+            "{elements}"
+        );
+        let mut each = oscillating.iter().flatten().zip(pairs.iter().flatten());
+        assert!(each.all(|(a, b)| near(*a, *b)), "{elements}");
+    }
+}
+
 fn summed(system: &System, kind: MatrixKind, row: usize) -> f64 {
     let terms = system.coupling(kind).iter();
     terms

@@ -254,6 +254,6 @@ mod tests {
     fn no_proof_without_proportion() {
         let system = network(&[1.0; 2], &[(0, 1, 1.0), (1, 2, 2.0)], &[(1, 2, 0.125)]);
         let shapes = vec![vec![1.0, 0.5], vec![0.5, -1.0]];
-        assert!(certify(&system, shapes, 1e-15).is_none());
+        assert!(certify(&system, &system, shapes, 1e-15).is_none());
     }
 }

@@ -146,7 +146,7 @@ impl Enclosed {
 fn largest<T: Real>(components: &[Ball<T>]) -> Option<usize> {
     /// Of squares: half of the distance from 1 to the double below it, twice.
     const TIE: f64 = f64::EPSILON / 2.0;
-    /// Far below what doubles distinguish.
+    /// Sizes in doubles err by far less.
     const NEAR: f64 = 1.0 - 1e-12;
     let square = |x: &Ball<T>| {
         let middle = x.middle();

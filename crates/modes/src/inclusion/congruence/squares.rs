@@ -78,7 +78,7 @@ pub(crate) fn squares(
     goal: Goal,
     tolerance: f64,
 ) -> Option<Squares> {
-    let mut basis = basis(system, shapes)?;
+    let mut basis = basis(system, shapes)?.shortened();
     let (elastic, null) = (basis.elastic - basis.null, basis.null);
     let forms = basis.refine(goal)?;
     let (forms, mut enclosed) = basis.enclosed(forms, tolerance);
@@ -154,7 +154,7 @@ pub(in crate::inclusion) fn precise(
     shapes: Vec<Vec<f64>>,
 ) -> Option<Vec<Precise>> {
     const GOAL: f64 = 1e-27;
-    let mut basis = basis(system, shapes)?;
+    let mut basis = basis(system, shapes)?.shortened();
     let forms = basis.refine(Goal::always(GOAL))?;
     let each = basis.columns.into_iter().enumerate();
     let each = each.map(|(i, shape)| Precise {
@@ -163,6 +163,19 @@ pub(in crate::inclusion) fn precise(
         shape,
     });
     Some(each.collect())
+}
+
+impl Basis<'_> {
+    /// With shapes rounded to what two slices hold, where they are to be refined far beyond that, and little is lost by it.
+    fn shortened(mut self) -> Self {
+        let elastic = &mut self.columns[..self.elastic];
+        let squares = || self.stiffness.diagonal(elastic).into_iter().map(f64::abs);
+        if self.stiffness.is_sliced(elastic.len()) && sliced::are_alike(squares()) {
+            elastic.iter_mut().for_each(|x| sliced::shorten(x));
+            self.inert.follow(&self.stiffness, elastic);
+        }
+        self
+    }
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.
@@ -204,12 +217,6 @@ fn basis<'a>(system: &'a System, shapes: Vec<Vec<f64>>) -> Option<Basis<'a>> {
     let precise = |column: Vec<f64>| column.into_iter().map(DoubleDouble::from).collect();
     let mut columns: Vec<Vec<DoubleDouble>> = columns.into_iter().map(precise).collect();
     let stiffness = Form::stiffness(system);
-    let moving = &mut columns[..elastic];
-    if stiffness.is_sliced(elastic)
-        && sliced::are_alike(stiffness.diagonal(moving).into_iter().map(f64::abs))
-    {
-        moving.iter_mut().for_each(|column| sliced::shorten(column));
-    }
     for _ in 0..2 {
         inert.follow(&stiffness, &mut columns[..elastic]);
     }

@@ -303,7 +303,8 @@ impl<'a> Products<'a> {
         }
         add_multiple(&mut rest, rho, u.each_ref().map(|part| &part[..]));
         let step = plain(rho - pair.value);
-        let errors = self.errors(i, rho.norm(), step.norm());
+        let (fast, known, moved) = (pair.value.norm(), rho.norm(), norm(step));
+        let errors = self.errors(i, known, moved);
         let size = of_own.norm() / UPWARD;
         let mut row = Row {
             h: Vec::with_capacity(self.count),
@@ -312,8 +313,6 @@ impl<'a> Products<'a> {
             mixed: Vec::with_capacity(self.count),
             own: plain(of_own),
         };
-        let known = (rho.norm(), step.norm());
-        let fast = pair.value.norm();
         for (j, other) in self.pairs.iter().enumerate() {
             let columns = self.places[j]..self.places[j] + other.parts();
             let speed = other.value.norm();
@@ -324,11 +323,11 @@ impl<'a> Products<'a> {
             let loss = added.losses[0][i] * added.losses[1][j];
             let follow = added.follow[0][i] * added.follow[1][j];
             let b_error = (error(&errors.b) + (fast + speed) * loss) * UPWARD;
-            let by_loss = (known.0 * fast + known.1 * speed) * loss;
+            let by_loss = (known * fast + moved * speed) * loss;
             let h_error = (error(&errors.h) + by_loss + follow) * UPWARD;
             for conjugate in [false, true].into_iter().take(other.parts()) {
                 let column = Column { pair: j, conjugate };
-                let at = |[re, im]: [&[DoubleDouble]; 2]| plain(self.at([re, im], column));
+                let at = |row: [&[DoubleDouble]; 2]| plain(self.at(row, column));
                 let value = plain(other.value);
                 let value = if conjugate { value.conj() } else { value };
                 let h = at([&rest[0], &rest[1]]) + step * value * at(mass);

@@ -28,6 +28,23 @@ fn assert_near(value: f64, truth: f64, relative: f64) {
     );
 }
 
+/// Two masses that a strong damper joins: with s = Ω², |H|² = (1 + c²s)/((1 − 3s + s²)² + c²s(1 − 2s)²), which peaks at
+/// s = ½ but for 1/c². So narrow a peak keeps its digits, or nine of them.
+#[test]
+fn the_narrowest_peaks_keep_their_digits() {
+    for (c, most) in [(1e7, 1e-14), (1e8, 1e-14), (1e10, 1e-8)] {
+        let system = in_a_row(&[("a", 1.0), ("b", 1.0)], &[1.0, 1.0], &[0.0, c]);
+        let features = features(&system, "a", "b");
+        assert!(features.is_complete());
+        let [peak] = features.peaks() else {
+            panic!("{:?}", features.peaks())
+        };
+        let (gain, bound) = peak.gain().expect("damped");
+        assert_near(gain, 4.0 * f64::sqrt(1.0 + 0.5 * c * c), 1e-13);
+        assert!(bound <= most * gain, "{c}: {gain} {bound}");
+    }
+}
+
 #[test]
 fn one_mass_peaks_as_its_closed_form() {
     for (stiffness, zeta) in [(4.0, 0.5), (9e4, 0.01), (1.0, 1e-7), (2.0, 0.3)] {

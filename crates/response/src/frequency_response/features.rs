@@ -470,26 +470,46 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     let radius = radius * (1.0 + f64::EPSILON);
     let frequency = middle.to_f64();
     let off = (middle - DoubleDouble::from(frequency)).to_f64().abs() + radius;
-    let gain = look(
-        Frequency {
-            middle,
-            radius,
-            scale: 0,
-        },
-        Asked::Value,
-    )
-    .map(|value| {
-        let size = value.value.norm();
-        (size, value.bound + size * f64::EPSILON)
-    });
     Peak {
         frequency: (frequency, off * (1.0 + f64::EPSILON)),
-        gain: gain.filter(|(gain, bound)| {
+        gain: gain_within(look, middle, radius).filter(|(gain, bound)| {
             let is_dip = before < 0.0;
             gain.is_finite() && bound.is_finite() && (is_dip || *bound <= KNOWN * gain)
         }),
         half_power: None,
     }
+}
+
+/// The magnitude of a turn within a radius of a frequency: as known for the whole range, or at its middle, from where a narrow peak
+/// hardly rises within it, however fast the phase turns.
+fn gain_within(look: &Look<'_>, middle: DoubleDouble, radius: f64) -> Option<(f64, f64)> {
+    /// Beyond it, it is looked at the middle too.
+    const GOOD: f64 = 1e-15;
+    let at = |radius: f64, asked: Asked| {
+        let frequency = Frequency {
+            middle,
+            radius,
+            scale: 0,
+        };
+        look(frequency, asked)
+    };
+    let known = |value: Value| {
+        let size = value.value.norm();
+        (size, value.bound + size * f64::EPSILON)
+    };
+    let whole = known(at(radius, Asked::Value)?);
+    if whole.1 <= GOOD * whole.0 {
+        return Some(whole);
+    }
+    let by_middle = || {
+        let (rise, off) = at(radius, Asked::Steepness)?.steepness?;
+        let (size, bound) = known(at(0.0, Asked::Value)?);
+        // e^x − 1 ≤ 2x up to 1.
+        let change = 2.0 * (rise.abs() + off) * radius;
+        (change <= 1.0).then(|| (size, bound + change * (size + bound)))
+    };
+    let closer = by_middle().filter(|(_, bound)| !(*bound >= whole.1));
+    Some(closer.unwrap_or(whole))
 }
 
 /// Where the magnitude is 1/√2 of a peak's, below and above: sought by glances, if there are any, and found by looks.

@@ -100,6 +100,8 @@ pub(crate) fn coupled(
         return Err(SparseError::OutOfRange);
     }
     let winding = winding(facts, undamped, damping);
+    // Of hundreds that coincide all would have to be found, and refined together, for a few that are wanted.
+    let bound = 2 * facts.count + 64;
     let mut more = wanted;
     let mut rounds = 0..ROUNDS;
     let (groups, count) = loop {
@@ -108,6 +110,8 @@ pub(crate) fn coupled(
         let goes_on = came > 0 && round.is_some();
         let groups = grouped(&searches, &zeros, facts.target);
         let all = groups.iter().flatten().map(pairs).sum::<usize>() + zeros.roots;
+        let has_all_wanted =
+            groups.iter().map(Vec::len).sum::<usize>() + zeros.roots >= facts.count;
         if facts.finite == Some(all) {
             let within = [0.0, f64::INFINITY];
             break (groups, Ok(Count { within, roots: all }));
@@ -118,7 +122,11 @@ pub(crate) fn coupled(
             (Some(_), Err(reason)) => Err(*reason),
             (Some(ring), Ok(winding)) => match counted(winding, &ring) {
                 Some(count) if count.roots > ring.found && goes_on => {
-                    more = count.roots - ring.found + 2;
+                    let missing = count.roots - ring.found;
+                    if missing > bound && has_all_wanted {
+                        break (groups, Err(TOO_MANY));
+                    }
+                    more = missing.min(bound) + 2;
                     continue;
                 }
                 count => count.ok_or(NOT_ENCLOSED),
@@ -173,6 +181,7 @@ pub(crate) fn count(
 
 /// What counts lack.
 const TOO_FEW: &str = "fewer roots were found than were asked for";
+const TOO_MANY: &str = "many more roots lie about as near as those that were asked for";
 const NOT_ENCLOSED: &str = "the determinant along a circle could not be enclosed";
 
 /// How many roots have natural frequencies between two numbers.

@@ -415,3 +415,29 @@ fn a_free_frame_with_dashpots() {
     }
     assert!(known >= 3);
 }
+
+/// Masses on springs of their own, 1 and 2 in turn, and a damper between the first two.
+fn apart(n: usize) -> System {
+    let mut builder = System::builder();
+    for i in 1..=n {
+        let mass = 1.0 + f64::from(i % 2 == 0);
+        builder = builder.mass(name(i), mass).spring("ground", name(i), 1.0);
+    }
+    builder.damper(name(1), name(2), 0.01).build().unwrap()
+}
+
+#[test]
+fn few_of_many_that_coincide() {
+    // It would take a minute to find and refine all.
+    let target = Frequency::from_radians_per_second(0.66);
+    let found = SparseModes::nearest(&apart(450), target, 5).unwrap();
+    let modes = found.modes().unwrap();
+    assert_eq!(modes.len(), 5);
+    assert!(!modes.is_complete());
+    for mode in &modes {
+        let root = mode.eigenvalue();
+        let error = (root.value.norm() - std::f64::consts::FRAC_1_SQRT_2).abs();
+        assert!(error <= root.bound.unwrap(), "{root:?}");
+        assert_eq!(mode.multiplicity(), None);
+    }
+}

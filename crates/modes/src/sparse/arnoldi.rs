@@ -60,6 +60,34 @@ impl<'a> Arnoldi<'a> {
         })
     }
 
+    /// Has motions at λ = 0 found, with velocities of their own where nothing damps them, so that no run finds them again.
+    pub(crate) fn lock(&mut self, still: &[(&[f64], bool)]) {
+        let zeros = vec![Complex::ZERO; self.weights.len()];
+        for (shape, is_free) in still {
+            let scaled = shape.iter().zip(&self.weights);
+            let scaled: Vector = scaled.map(|(x, w)| Complex::from(x * w)).collect();
+            self.keep([&scaled[..], &zeros].concat());
+            if *is_free {
+                self.keep([&zeros[..], &scaled].concat());
+            }
+        }
+    }
+
+    /// Adds what a vector has besides the basis; `false` where that is nothing but rounding.
+    fn keep(&mut self, mut vector: Vector) -> bool {
+        orthogonalise(&self.basis, &mut vector);
+        if !normalise(&mut vector, 1e-8) {
+            return false;
+        }
+        orthogonalise(&self.basis, &mut vector);
+        if !normalise(&mut vector, 0.5) {
+            return false;
+        }
+        self.products.push(self.apply(&vector));
+        self.basis.push(vector);
+        true
+    }
+
     /// The size of the roots looked for.
     pub(crate) fn rate(&self) -> f64 {
         self.rate
@@ -142,19 +170,8 @@ impl<'a> Arnoldi<'a> {
             product.iter_mut().for_each(|entry| *entry /= rest);
             vectors.push(product);
         };
-        let mut count = 0;
-        for mut vector in found {
-            orthogonalise(&self.basis, &mut vector);
-            if normalise(&mut vector, 1e-8) {
-                orthogonalise(&self.basis, &mut vector);
-                if normalise(&mut vector, 0.5) {
-                    self.products.push(self.apply(&vector));
-                    self.basis.push(vector);
-                    count += 1;
-                }
-            }
-        }
-        count
+        let kept = found.into_iter().map(|vector| self.keep(vector));
+        kept.map(usize::from).sum()
     }
 
     /// The roots in the space that was found, those with Im λ ≥ 0 where roots come in pairs about a real shift.

@@ -9,6 +9,7 @@ use super::arnoldi::Arnoldi;
 use super::eigenpair::Eigenpair;
 use super::error::SparseError;
 use super::form::Form;
+use super::inertia::{Inertia, Side};
 use super::newton;
 use super::pencil::Pencil;
 use super::undamped::{Facts, Undamped};
@@ -58,7 +59,10 @@ pub(crate) fn coupled(
         0.0 => held.fold(f64::INFINITY, f64::min),
         target => target,
     };
-    let rate = if rate.is_finite() { rate } else { 1.0 };
+    let rate = match rate.is_finite() {
+        true => rate,
+        false => held_rate(undamped, facts).unwrap_or(1.0),
+    };
     let shifts = match facts.target {
         0.0 => vec![Complex::from(0.1 * rate)],
         target => {
@@ -99,6 +103,8 @@ pub(crate) fn coupled(
     if searches.is_empty() {
         return Err(SparseError::OutOfRange);
     }
+    let still = zeros.still(damping);
+    searches.iter_mut().for_each(|search| search.lock(&still));
     let winding = winding(facts, undamped, damping);
     // Of hundreds that coincide all would have to be found, and refined together, for a few that are wanted.
     let bound = 2 * facts.count + 64;
@@ -164,6 +170,34 @@ pub(crate) fn coupled(
     let mut roots = roots.into_iter().map(|(_, root)| root).collect();
     keep_nearest(&mut roots, facts.target, facts.count);
     Ok(Answer { roots, complete })
+}
+
+/// The smallest natural frequency without damping of what is held, within a factor of 4, where none was looked for.
+fn held_rate(undamped: &Pencil, facts: &Facts) -> Option<f64> {
+    const STEP: f64 = 1.0 / 16.0;
+    const STEPS: usize = 40;
+    let inertia = Inertia::new(undamped, &facts.idle);
+    let rows = undamped.stiffness.sizes().into_iter();
+    let squares = rows.zip(undamped.mass.diagonal());
+    let squares = squares.filter(|(_, mass)| *mass > 0.0);
+    let mut square = squares.map(|(k, m)| k / m).fold(0.0, f64::max);
+    let below = |square| inertia.below::<f64>(square, Side::AtLeast);
+    let mut more = below(square)?;
+    let mut lowest = None;
+    // Counts fall as long as there is something lower that is held.
+    for _ in 0..STEPS {
+        let Some(fewer) = below(STEP * square) else {
+            break;
+        };
+        if fewer < more {
+            lowest = Some(square);
+        }
+        if facts.rigid == Some(fewer) {
+            break;
+        }
+        (square, more) = (STEP * square, fewer);
+    }
+    lowest.map(f64::sqrt)
 }
 
 /// A count of roots in a ring that has those that are wanted of these groups, the nearest first.
@@ -268,27 +302,35 @@ pub(crate) fn zeros(found: &Undamped, damping: &Form) -> Zeros {
     let shapes: Vec<Vec<f64>> = still
         .map(|k| found.shapes.col(k).iter().copied().collect())
         .collect();
-    let mut product = vec![0.0; found.shapes.nrows()];
-    let roots = found.facts.zero_roots.unwrap_or_else(|| {
-        let mut free = |shape: &Vec<f64>| {
-            damping.apply(shape, &mut product);
-            product.iter().all(|force| *force == 0.0)
-        };
-        shapes
-            .iter()
-            .map(|shape| if free(shape) { 2 } else { 1 })
-            .sum()
-    });
-    let roots = if shapes.is_empty() { 0 } else { roots };
-    let double = roots > found.facts.rigid.unwrap_or(shapes.len());
-    Zeros {
+    let mut zeros = Zeros {
         shapes,
-        roots,
-        double,
+        roots: 0,
+        double: false,
+    };
+    if zeros.shapes.is_empty() {
+        return zeros;
     }
+    let each = || {
+        let still = zeros.still(damping).into_iter();
+        still.map(|(_, is_free)| 1 + usize::from(is_free)).sum()
+    };
+    zeros.roots = found.facts.zero_roots.unwrap_or_else(each);
+    zeros.double = zeros.roots > found.facts.rigid.unwrap_or(zeros.shapes.len());
+    zeros
 }
 
 impl Zeros {
+    /// The shapes, and whether no damper resists each.
+    fn still(&self, damping: &Form) -> Vec<(&[f64], bool)> {
+        let mut product = vec![0.0; self.shapes.first().map_or(0, Vec::len)];
+        let mut is_free = |shape: &[f64]| {
+            damping.apply(shape, &mut product);
+            product.iter().all(|force| *force == 0.0)
+        };
+        let shapes = self.shapes.iter();
+        shapes.map(|shape| (&shape[..], is_free(shape))).collect()
+    }
+
     pub(crate) fn entries(&self) -> Vec<Root> {
         let count = self.roots;
         let root = |shape: &Vec<f64>, defective, roots| Root {

@@ -441,3 +441,41 @@ fn few_of_many_that_coincide() {
         assert_eq!(mode.multiplicity(), None);
     }
 }
+
+#[test]
+fn slow_decay_of_a_free_chain_beside_rest() {
+    // What decays at 5e-12 1/s is far slower than the first oscillation, and all of that than 1 rad/s.
+    let n = 60;
+    let mut builder = System::builder();
+    for i in 1..=n {
+        builder = builder.mass(name(i), 1.0);
+    }
+    for i in 1..n {
+        builder = builder.spring(name(i), name(i + 1), 1e-12);
+    }
+    let damping = 3e-10;
+    let system = builder.damper("ground", name(7), damping).build().unwrap();
+    let first = 2e-6 * (std::f64::consts::PI / 120.0).sin();
+    let near = |target, count| {
+        let target = Frequency::from_radians_per_second(target);
+        SparseModes::nearest(&system, target, count)
+    };
+    for (found, count) in [
+        (SparseModes::lowest(&system, 1), 1),
+        (SparseModes::lowest(&system, 3), 3),
+        (near(0.3 * first, 3), 3),
+    ] {
+        let modes = found.unwrap().modes().unwrap();
+        assert_eq!(modes.len(), count);
+        assert!(modes.is_complete(), "{count}");
+        assert_eq!(modes.as_slice()[0].motion(), Motion::Rigid);
+        if count > 1 {
+            let root = modes.as_slice()[1].eigenvalue();
+            assert_eq!(root.value.im, 0.0);
+            assert!(
+                (root.value.re * 60.0 / damping + 1.0).abs() < 1e-3,
+                "{root:?}"
+            );
+        }
+    }
+}

@@ -320,9 +320,14 @@ fn time_constant(mode: &Mode) -> Option<(f64, f64)> {
 
 /// The motion, and how many roots coincide.
 fn motion(mode: &Mode) -> String {
-    let coincide = match (mode.multiplicity(), mode.cluster()) {
+    let at_least = if mode.cluster().is_none() {
+        "at least "
+    } else {
+        ""
+    };
+    let coincide = match (mode.multiplicity(), mode.cluster_found()) {
         (Some(k), _) if k > 1 => format!(", {k}-fold"),
-        (None, Some(k)) if k > 1 => format!(", one of {k} not separated"),
+        (None, Some(k)) if k > 1 => format!(", one of {at_least}{k} not separated"),
         _ => String::new(),
     };
     let defective = if mode.is_defective() == Some(true) {

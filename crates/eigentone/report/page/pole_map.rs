@@ -66,7 +66,7 @@ fn figure(modes: &Modes, reach: f64, near: bool) -> String {
         .flat_map(|mode| {
             let root = mode.eigenvalue().value;
             let motion = mode.motion();
-            let count = mode.multiplicity().or(mode.cluster()).unwrap_or(1);
+            let count = mode.multiplicity().or(mode.cluster_found()).unwrap_or(1);
             let pair = if root.im == 0.0 { 1 } else { 2 };
             [
                 (root.re, root.im, motion, count),

@@ -166,6 +166,8 @@ pub(crate) enum Repeats {
     },
     /// So many are neither separated nor proved to coincide.
     Cluster(usize),
+    /// So many are, and there may be others that were not found.
+    AtLeast(usize),
 }
 
 impl Repeats {
@@ -202,16 +204,25 @@ impl Mode {
     pub fn multiplicity(&self) -> Option<usize> {
         match self.repeats {
             Repeats::Exactly { count, .. } => Some(count),
-            Repeats::Cluster(_) => None,
+            Repeats::Cluster(_) | Repeats::AtLeast(_) => None,
         }
     }
 
     /// How many roots lie so near to each other here that they are neither separated nor proved to coincide;
-    /// `None` where the [`multiplicity`](Self::multiplicity) is known.
+    /// `None` where the [`multiplicity`](Self::multiplicity) is known, or some of them may not have been found, as
+    /// where some modes of a large system are not proved complete.
     pub fn cluster(&self) -> Option<usize> {
         match self.repeats {
-            Repeats::Exactly { .. } => None,
+            Repeats::Exactly { .. } | Repeats::AtLeast(_) => None,
             Repeats::Cluster(count) => Some(count),
+        }
+    }
+
+    /// How many such roots were found; `None` where the [`multiplicity`](Self::multiplicity) is known.
+    pub fn cluster_found(&self) -> Option<usize> {
+        match self.repeats {
+            Repeats::Exactly { .. } => None,
+            Repeats::Cluster(count) | Repeats::AtLeast(count) => Some(count),
         }
     }
 
@@ -219,7 +230,7 @@ impl Mode {
     pub fn is_defective(&self) -> Option<bool> {
         match self.repeats {
             Repeats::Exactly { defective, .. } => defective,
-            Repeats::Cluster(_) => None,
+            Repeats::Cluster(_) | Repeats::AtLeast(_) => None,
         }
     }
 
@@ -233,7 +244,7 @@ impl Mode {
     /// may hold conjugate pairs.
     pub fn motion(&self) -> Motion {
         match (self.eigenvalue.motion(), self.repeats) {
-            (Motion::Decaying, Repeats::Cluster(_)) => Motion::Doubtful,
+            (Motion::Decaying, Repeats::Cluster(_) | Repeats::AtLeast(_)) => Motion::Doubtful,
             (motion, _) => motion,
         }
     }

@@ -88,7 +88,7 @@ fn places(modes: &[Mode], groups: &[Vec<usize>]) -> Option<usize> {
 fn unite(system: &System, members: &mut Vec<Mode>, bounds: Bounds) {
     let all: Vec<usize> = (0..members.len()).collect();
     let count = match together(members, &all) {
-        Repeats::Cluster(count) | Repeats::Exactly { count, .. } => count,
+        Repeats::Cluster(count) | Repeats::AtLeast(count) | Repeats::Exactly { count, .. } => count,
     };
     let on_axis = members
         .iter()

@@ -19,6 +19,15 @@ pub(crate) struct Root {
     pub(crate) roots: usize,
 }
 
+impl Root {
+    /// Has a cluster it is in say no more than was found, where that none of it is missing is not proved.
+    pub(crate) fn may_have_more_beside(&mut self) {
+        if let Repeats::Cluster(count) = self.repeats {
+            self.repeats = Repeats::AtLeast(count);
+        }
+    }
+}
+
 /// Roots, and whether it is proved that none is missing between them, or else what the proof lacks.
 pub(crate) struct Answer {
     pub(crate) roots: Vec<Root>,

@@ -124,7 +124,7 @@ pub(crate) fn coupled(
         }
         let count = match (ring(&groups, zeros.roots, facts), &winding) {
             (None, _) if goes_on => continue,
-            (None, _) => Err(TOO_FEW),
+            (None, _) => Err(unbounded(&groups, zeros.roots, facts)),
             (Some(_), Err(reason)) => Err(*reason),
             (Some(ring), Ok(winding)) => match counted(winding, &ring) {
                 Some(count) if count.roots > ring.found && goes_on => {
@@ -167,7 +167,10 @@ pub(crate) fn coupled(
         roots.extend(group.into_iter().map(|root| (k + 1, root)));
     }
     let complete = count.and_then(|count| confirmed(&roots, &count));
-    let mut roots = roots.into_iter().map(|(_, root)| root).collect();
+    let mut roots: Vec<Root> = roots.into_iter().map(|(_, root)| root).collect();
+    if complete.is_err() {
+        roots.iter_mut().for_each(Root::may_have_more_beside);
+    }
     keep_nearest(&mut roots, facts.target, facts.count);
     Ok(Answer { roots, complete })
 }
@@ -209,14 +212,26 @@ pub(crate) fn count(
     damping: &Form,
 ) -> Result<Count, &'static str> {
     let winding = winding(facts, undamped, damping)?;
-    let ring = ring(groups, zeros.roots, facts).ok_or(TOO_FEW)?;
+    let lacks = || unbounded(groups, zeros.roots, facts);
+    let ring = ring(groups, zeros.roots, facts).ok_or_else(lacks)?;
     counted(&winding, &ring).ok_or(NOT_ENCLOSED)
 }
 
 /// What counts lack.
 const TOO_FEW: &str = "fewer roots were found than were asked for";
+const ALL_AS_NEAR: &str =
+    "no root was found beyond those that were asked for, up to which others could be counted";
 const TOO_MANY: &str = "many more roots lie about as near as those that were asked for";
 const NOT_ENCLOSED: &str = "the determinant along a circle could not be enclosed";
+
+/// Why there is no ring.
+fn unbounded(groups: &[Vec<Eigenpair>], zeros: usize, facts: &Facts) -> &'static str {
+    let entries = groups.iter().map(Vec::len).sum::<usize>() + zeros;
+    match entries < facts.count {
+        true => TOO_FEW,
+        false => ALL_AS_NEAR,
+    }
+}
 
 /// How many roots have natural frequencies between two numbers.
 pub(crate) struct Count {

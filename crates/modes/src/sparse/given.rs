@@ -337,6 +337,9 @@ impl Given<'_> {
         }
         let complete = counted.and_then(|count| coupled::confirmed(&roots, &count));
         let mut roots: Vec<Root> = roots.into_iter().map(|(_, root)| root).collect();
+        if complete.is_err() {
+            roots.iter_mut().for_each(Root::may_have_more_beside);
+        }
         keep_nearest(&mut roots, target, count);
         Ok(Examined {
             answer: Answer { roots, complete },

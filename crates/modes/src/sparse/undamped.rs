@@ -96,7 +96,8 @@ impl Undamped {
     pub(crate) fn repeats(&self, k: usize) -> Repeats {
         match self.clusters[k] {
             1 => Repeats::SIMPLE,
-            count => Repeats::Cluster(count),
+            count if self.counted.is_some() => Repeats::Cluster(count),
+            count => Repeats::AtLeast(count),
         }
     }
 

@@ -479,3 +479,22 @@ fn slow_decay_of_a_free_chain_beside_rest() {
         }
     }
 }
+
+#[test]
+fn how_many_coincide_is_not_said_where_it_is_not_known() {
+    let mut builder = System::builder();
+    for i in 1..=450 {
+        builder = builder.mass(name(i), 1.0).spring("ground", name(i), 1.0);
+    }
+    let system = builder.damper(name(1), name(2), 0.01).build().unwrap();
+    let modes = lowest(&system, 5);
+    assert!(!modes.is_complete());
+    // As many as were asked for are there.
+    assert_ne!(
+        modes.plan().incomplete,
+        Some("fewer roots were found than were asked for")
+    );
+    for mode in &modes {
+        assert_eq!((mode.multiplicity(), mode.cluster()), (None, None));
+    }
+}

@@ -50,8 +50,11 @@ pub(crate) fn coupled(
     let zeros = zeros(found, damping);
     // Motions that rounding alone holds are no measure.
     const HELD: f64 = 1e-4;
-    /// So far from the target, in proportion to it, undamped modes have a shift of their own.
+    /// So far from the target, in proportion to it, undamped modes have a shift of their own; nearer ones where they lie
+    /// so many times as far from it as from each other.
     const FAR: f64 = 0.1;
+    const LESS_FAR: f64 = 1e-3;
+    const CROWDED: f64 = 10.0;
     let own = found.squares.iter().map(|square| square.abs().sqrt());
     let largest = own.clone().fold(0.0, f64::max);
     let held = own.clone().filter(|rate| *rate > HELD * largest);
@@ -80,9 +83,18 @@ pub(crate) fn coupled(
             let apart = |rate: f64| (rate - target).abs();
             let rates = own.enumerate();
             let nearest = rates.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)));
+            let farthest = found
+                .squares
+                .iter()
+                .map(|square| apart(square.abs().sqrt()));
+            let farthest = farthest.fold(0.0, f64::max);
+            let is_far = |apart: f64| {
+                apart > FAR * target
+                    || apart > LESS_FAR * target && apart > CROWDED * (farthest - apart)
+            };
             if let Some((at, rate)) = nearest
                 && rate > 0.0
-                && apart(rate) > FAR * target
+                && is_far(apart(rate))
             {
                 let shape: Vec<f64> = found.shapes.col(at).iter().copied().collect();
                 let half = Complex::from(0.5 * damping.quadratic(&shape));
@@ -154,7 +166,8 @@ pub(crate) fn coupled(
     let mut roots: Vec<(usize, Root)> = zeros.entries().into_iter().map(|root| (0, root)).collect();
     let mut listed = roots.len();
     let still = if facts.target == 0.0 { 0 } else { listed };
-    for (k, group) in groups.into_iter().enumerate() {
+    let mut of_group = 0;
+    for group in groups {
         let size = group[0].value.norm();
         let inside = count
             .as_ref()
@@ -163,8 +176,11 @@ pub(crate) fn coupled(
             break;
         }
         listed += group.len();
-        let group = settled(newton::refined(&pencil, group), facts.passive);
-        roots.extend(group.into_iter().map(|root| (k + 1, root)));
+        for part in parted(&pencil, group) {
+            of_group += 1;
+            let part = settled(part, facts.passive);
+            roots.extend(part.into_iter().map(|root| (of_group, root)));
+        }
     }
     let complete = count.and_then(|count| confirmed(&roots, &count));
     let mut roots: Vec<Root> = roots.into_iter().map(|(_, root)| root).collect();
@@ -201,6 +217,63 @@ fn held_rate(undamped: &Pencil, facts: &Facts) -> Option<f64> {
         (square, more) = (STEP * square, fewer);
     }
     lowest.map(f64::sqrt)
+}
+
+/// Refines a group; where that does not converge, as where another root lies hardly farther away than those of the
+/// group, the parts of it that lie nearer together, each by itself, unless two of them lead to one root.
+fn parted(pencil: &Pencil, group: Vec<Eigenpair>) -> Vec<Vec<newton::Root>> {
+    const STEP: f64 = 1.0 / 16.0;
+    /// What lies nearer together is not parted.
+    const LEAST: f64 = 1e-9;
+    let is_lost = |roots: &[newton::Root]| roots.iter().any(|root| root.error.is_none());
+    let whole = newton::refined(pencil, group.clone());
+    if !is_lost(&whole) {
+        return vec![whole];
+    }
+    let mut done: Vec<Vec<newton::Root>> = Vec::new();
+    let mut left = vec![(group, newton::NEAR)];
+    while let Some((group, mut near)) = left.pop() {
+        let mut parts = vec![group];
+        while parts.len() == 1 && parts[0].len() > 1 && near > LEAST {
+            near *= STEP;
+            parts = joined(&parts[0], near);
+        }
+        let is_last = parts.len() == 1;
+        for part in parts {
+            let refined = newton::refined(pencil, part.clone());
+            match !is_last && part.len() > 1 && is_lost(&refined) {
+                true => left.push((part, near)),
+                false => done.push(refined),
+            }
+        }
+    }
+    let error = |root: &newton::Root| root.error.map_or(0.0, |(whole, _)| whole);
+    let overlap = |one: &newton::Root, other: &newton::Root| {
+        (one.value - other.value).norm() <= 4.0 * (error(one) + error(other))
+    };
+    let meets = |(k, part): (usize, &Vec<newton::Root>)| {
+        let others = || done[..k].iter().flatten();
+        part.iter()
+            .any(|one| others().any(|other| overlap(one, other)))
+    };
+    match done.iter().enumerate().any(meets) {
+        true => vec![whole],
+        false => done,
+    }
+}
+
+/// Those together that are joined by distances within a part of their size.
+fn joined(roots: &[Eigenpair], part: f64) -> Vec<Vec<Eigenpair>> {
+    let mut groups: Vec<Vec<Eigenpair>> = Vec::new();
+    for root in roots {
+        let reach = part * root.value.norm();
+        let near = |other: &Eigenpair| (other.value - root.value).norm() <= reach;
+        let (beside, apart): (Vec<_>, Vec<_>) =
+            groups.into_iter().partition(|group| group.iter().any(near));
+        groups = apart;
+        groups.push(beside.into_iter().flatten().chain([root.clone()]).collect());
+    }
+    groups
 }
 
 /// A count of roots in a ring that has those that are wanted of these groups, the nearest first.

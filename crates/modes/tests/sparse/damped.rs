@@ -498,3 +498,34 @@ fn how_many_coincide_is_not_said_where_it_is_not_known() {
         assert_eq!((mode.multiplicity(), mode.cluster()), (None, None));
     }
 }
+
+#[test]
+fn above_the_highest_frequencies_of_a_damped_chain() {
+    let n = 500;
+    let mut builder = System::builder();
+    for i in 1..=n {
+        builder = builder.mass(name(i), 1.0);
+    }
+    for i in 1..=n {
+        builder = builder.spring(name(i - 1), name(i), 1.0);
+    }
+    let system = builder
+        .damper(name(20), name(21), 1e-4)
+        .damper("ground", name(333), 1e-3)
+        .build()
+        .unwrap();
+    for (target, count) in [(2.1, 2), (4.0, 8)] {
+        let target = Frequency::from_radians_per_second(target);
+        let found = SparseModes::nearest(&system, target, count).unwrap();
+        let modes = found.modes().unwrap();
+        assert_eq!(modes.len(), count);
+        for (mode, k) in modes.iter().zip(n - count..) {
+            let angle =
+                std::f64::consts::PI * (2.0 * k as f64 + 1.0) / (2.0 * (2.0 * n as f64 + 1.0));
+            let exact = 2.0 * angle.sin();
+            let root = mode.eigenvalue();
+            assert!(root.bound.is_some_and(|bound| bound < 1e-12), "{root:?}");
+            assert!((root.value.im - exact).abs() < 1e-6, "{exact}: {root:?}");
+        }
+    }
+}

@@ -261,7 +261,7 @@ impl SparseModes {
 
     /// What a constant force moves besides these shapes: R f with R = K⁻¹ − Φ Ω⁻² Φᵀ, the residual
     /// flexibility (MacNeal 1971, *Comput. Struct.* 1). `None` where these are not the modes of the smallest
-    /// ω², or K was too near to singular to be factorised as it is.
+    /// ω², or were not found from a factor of K as it is.
     ///
     /// # Panics
     /// Unless the force has n entries.

@@ -114,6 +114,8 @@ struct Start<'a> {
     factorised: usize,
     /// Up to here no eigenvalue lies above the shift, and what lies beyond is not wanted.
     empty_to: Option<f64>,
+    /// Whether no eigenvalue is proved to lie below the shift.
+    none_below: bool,
 }
 
 impl<'a> Start<'a> {
@@ -123,6 +125,7 @@ impl<'a> Start<'a> {
             shift,
             factorised,
             empty_to: None,
+            none_below: false,
         }
     }
 }
@@ -130,10 +133,59 @@ impl<'a> Start<'a> {
 /// The eigenvalues of smallest size.
 pub(crate) fn lowest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
     let factor = Factor::of(wanted.pencil, 0.0);
-    match is_regular(wanted, &factor) {
-        true => about(wanted, Start::at(0.0, factor, 1)),
-        false => below_zero(wanted),
+    if !is_regular(wanted, &factor) {
+        return below_zero(wanted);
     }
+    match about(wanted, Start::at(0.0, factor, 1)) {
+        Err(SparseError::NoConvergence) => {
+            about(wanted, raised(wanted).ok_or(SparseError::NoConvergence)?)
+        }
+        answer => answer,
+    }
+}
+
+/// A start just below the smallest eigenvalue, where all lie far above 0: from there 1/(λ − σ) of those that lie close
+/// together are parted, which they are not from 0.
+fn raised<'a>(wanted: &Wanted<'a>) -> Option<Start<'a>> {
+    /// Nearer to the smallest one doubles do not come.
+    const NARROW: f64 = 1e-10;
+    const STEPS: usize = 200;
+    if !wanted.semidefinite || !wanted.floating.is_empty() {
+        return None;
+    }
+    let inertia = Inertia::new(wanted.pencil, wanted.idle);
+    let Pencil {
+        stiffness, mass, ..
+    } = wanted.pencil;
+    // Some eigenvalue is as low as that of a coordinate that moves alone.
+    let alone = stiffness.diagonal().into_iter().zip(mass.diagonal());
+    let alone = alone.filter(|(_, mass)| *mass > 0.0);
+    let lowest = alone.map(|(k, m)| k / m).fold(f64::INFINITY, f64::min);
+    let (mut low, mut high) = (0.0, 2.0 * lowest);
+    let mut factorised = 1;
+    for _ in 0..STEPS {
+        if high - low <= NARROW * high {
+            break;
+        }
+        let middle = match low == 0.0 {
+            true => high / 16.0,
+            false => f64::midpoint(low, high),
+        };
+        if !middle.is_normal() {
+            return None;
+        }
+        factorised += 1;
+        match inertia.below::<f64>(middle, Side::AtMost) {
+            Some(0) => low = middle,
+            _ => high = middle,
+        }
+    }
+    let factor = Factor::of(wanted.pencil, low);
+    let start = Start::at(low, factor, factorised + 1);
+    (low > 0.0 && is_firm(wanted, &start.factor)).then_some(Start {
+        none_below: true,
+        ..start
+    })
 }
 
 /// Whether a factor of K serves, but for parts that nothing holds; one with more digits, where doubles lose too many.
@@ -379,6 +431,8 @@ pub(crate) struct Search<'a, 'w> {
     inverses: Vec<f64>,
     /// Up to here no eigenvalue lies above the shift, and what lies beyond is not wanted.
     empty_to: Option<f64>,
+    /// Whether no eigenvalue is proved to lie below the shift.
+    none_below: bool,
     /// The largest inverse seen, in size, that was not found.
     next: f64,
     exhausted: bool,
@@ -400,6 +454,7 @@ impl<'a, 'w> Search<'a, 'w> {
             shift,
             factorised,
             empty_to,
+            none_below,
         } = start;
         if !factor.is_finite() {
             return Err(SparseError::OutOfRange);
@@ -411,6 +466,7 @@ impl<'a, 'w> Search<'a, 'w> {
             shapes: Vec::new(),
             inverses: Vec::new(),
             empty_to,
+            none_below,
             next: 0.0,
             exhausted: false,
             applied: 0,
@@ -499,8 +555,9 @@ impl<'a, 'w> Search<'a, 'w> {
         let mut apart: Vec<f64> = squares.iter().map(|square| wanted.apart(*square)).collect();
         sort_by_number(&mut apart, |one| *one);
         let last = apart.get(wanted.count.min(known).saturating_sub(1));
-        let reach = last.map_or(0.0, |last| {
-            wanted.reach(*last, shift, self.empty_to.is_some())
+        let reach = last.map_or(0.0, |last| match self.none_below {
+            true => (wanted.target + last).powi(2) - shift,
+            false => wanted.reach(*last, shift, self.empty_to.is_some()),
         });
         let mut distances: Vec<f64> = squares.iter().map(|s| (s - shift).abs()).collect();
         sort_by_number(&mut distances, |one| *one);
@@ -527,7 +584,11 @@ impl<'a, 'w> Search<'a, 'w> {
             match self.count(shift, radius, expected, room) {
                 Some([least, most]) if least == expected && most == expected => {
                     let high = (shift + radius).max(self.empty_to.unwrap_or(0.0));
-                    return Missing::None([shift - radius, high]);
+                    let low = match self.none_below {
+                        true => (shift - radius).min(0.0),
+                        false => shift - radius,
+                    };
+                    return Missing::None([low, high]);
                 }
                 Some([_, most]) if most > expected => return Missing::Some(most - expected),
                 _ => {}
@@ -552,7 +613,7 @@ impl<'a, 'w> Search<'a, 'w> {
     }
 
     fn between<T: Entry>(&mut self, shift: f64, radius: f64) -> Option<[usize; 2]> {
-        let none_below = shift - radius < 0.0 && self.wanted.semidefinite;
+        let none_below = self.none_below || shift - radius < 0.0 && self.wanted.semidefinite;
         self.factorised += 2;
         let most = self.inertia.below::<T>(shift + radius, Side::AtMost)?;
         let least = self.inertia.below::<T>(shift + radius, Side::AtLeast)?;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use eigentone_modes::{Frequency, MatrixKind, SparseModes, System};
 use faer::sparse::{SparseColMat, Triplet};
 
-use crate::networks::{assert_shapes, assert_squares, network};
+use crate::networks::{assert_shapes, assert_squares, name, network};
 
 const M: f64 = 0.7;
 const K: f64 = 340.0;
@@ -298,5 +298,32 @@ fn proportional_damping_below_a_target_above_all() {
                 assert!((im / exact - 1.0).abs() < 1e-12, "{im} {exact}");
             }
         }
+    }
+}
+
+#[test]
+fn the_lowest_of_many_that_nearly_coincide() {
+    // Masses on ground springs of 1e-6 N/m whose joins part their roots by 1e-9, far less than their distance from 0.
+    let mut state = 3u64;
+    let mut coin = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005);
+        state = state.wrapping_add(1_442_695_040_888_963_407);
+        state >> 63 == 1
+    };
+    let n = 450;
+    let mut builder = System::builder();
+    for i in 1..=n {
+        let mass = if coin() { 2e6 } else { 1e6 };
+        let stiffness = if coin() { 1e-9 } else { 1e-15 };
+        builder = builder.mass(name(i), mass).spring("ground", name(i), 1e-6);
+        if i < n && coin() {
+            builder = builder.spring(name(i), name(i + 1), stiffness);
+        }
+    }
+    let modes = SparseModes::lowest(&builder.build().unwrap(), 5).unwrap();
+    assert_eq!(modes.len(), 5);
+    assert!(modes.is_counted());
+    for square in modes.squares() {
+        assert!((square / 5e-13 - 1.0).abs() < 1e-8, "{square}");
     }
 }

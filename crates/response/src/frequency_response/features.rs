@@ -506,9 +506,9 @@ fn gain_within(look: &Look<'_>, middle: DoubleDouble, radius: f64) -> Option<(f6
         let (size, bound) = known(at(0.0, Asked::Value)?);
         // e^x − 1 ≤ 2x up to 1.
         let change = 2.0 * (rise.abs() + off) * radius;
-        (change <= 1.0).then(|| (size, bound + change * (size + bound)))
+        (change <= 1.0).then_some((size, bound + change * (size + bound)))
     };
-    let closer = by_middle().filter(|(_, bound)| !(*bound >= whole.1));
+    let closer = by_middle().filter(|(_, bound)| *bound < whole.1);
     Some(closer.unwrap_or(whole))
 }
 

@@ -93,6 +93,7 @@ pub(crate) fn certify(
             } else {
                 Shape::plain(&columns[i])
             },
+            is_common: false,
         }));
     }
     // What moves no damper is counted exactly.
@@ -117,6 +118,7 @@ pub(crate) fn certify(
             [part] => Shape::whole(system.len(), part, true),
             _ => Shape::plain(&columns[i]),
         },
+        is_common: false,
     }));
     roots(&modes)
 }

@@ -19,6 +19,8 @@ pub(super) struct Modal {
     /// `None` where it is 0: then the only other root is −γ.
     pub(super) sigma: Option<Ball<DoubleDouble>>,
     pub(super) shape: Shape,
+    /// Whether −γ is the same number as that of all others of which this is so.
+    pub(super) is_common: bool,
 }
 
 /// A root, or several that the bounds do not separate, with Im ≥ 0, and its shape.
@@ -30,6 +32,8 @@ pub(crate) struct Damped {
     pub(crate) real_bound: f64,
     /// How many roots the bounds do not separate.
     pub(crate) multiplicity: usize,
+    /// Whether these are one root with as many shapes.
+    pub(crate) coincide: bool,
     /// How many of them this entry stands for: two may belong to one shape.
     pub(crate) roots: usize,
     pub(crate) shape: Shape,
@@ -181,8 +185,10 @@ fn rounded(modes: &[Modal], cluster: &[(usize, Disc)]) -> Option<Vec<Damped>> {
         }
     };
     let multiplicity = cluster.iter().map(|(_, disc)| disc.count).sum();
+    let coincide = cluster.iter().all(|(owner, _)| modes[*owner].is_common);
     let entry = |(owner, disc): &(usize, Disc)| Damped {
         value,
+        coincide,
         bound: enlarged(bound),
         real_bound: enlarged(real_bound),
         multiplicity,

@@ -55,6 +55,7 @@ pub(crate) fn certify(
             gamma,
             sigma: Some(sigma),
             shape: squares.shape(i),
+            is_common: false,
         });
     }
     // σ = 0: what only dampers hold relaxes with −α.
@@ -69,6 +70,7 @@ pub(crate) fn certify(
         gamma: alpha,
         sigma: None,
         shape,
+        is_common: false,
     });
     elastic.extend(relaxing);
     let massless = structure.damped_massless();
@@ -81,6 +83,7 @@ pub(crate) fn certify(
             gamma,
             sigma: None,
             shape: Shape::whole(system.len(), &[*i], massless.len() == 1),
+            is_common: true,
         }));
     }
     roots(&elastic)

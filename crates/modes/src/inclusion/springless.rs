@@ -17,6 +17,7 @@ pub(crate) fn certify(
         gamma: squares.around(&(i..i + 1)),
         sigma: None,
         shape: squares.shape(i),
+        is_common: false,
     });
     roots(&relaxing.collect::<Vec<_>>())
 }

@@ -419,7 +419,13 @@ fn elastic_shapes(solver: &dyn ModeSolver, system: &System) -> Option<Vec<Vec<f6
 fn each_alone(found: Vec<Damped>, claim: &str) -> Proof {
     let root = |found: Damped| Root {
         count: found.roots,
-        repeats: Some(of_disc(found.multiplicity)),
+        repeats: Some(match found.coincide {
+            true => Repeats::Exactly {
+                count: found.multiplicity,
+                defective: Some(false),
+            },
+            false => of_disc(found.multiplicity),
+        }),
         error: Some((found.bound, found.real_bound)),
         ..with_shape(found.value, found.shape)
     };

@@ -1,8 +1,8 @@
 //! Rayleigh and modal damping: exact products, couplings to supports, and what is known of such systems.
 
 use eigentone_modes::{
-    Beam, BeamEnd, Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, Motion, Rod, RodEnd,
-    SparseModes, System, SystemBuilder,
+    Beam, BeamEnd, Bounds, BuildError, ElementKind, GROUND, MatrixKind, Mode, Modes, Motion, Rod,
+    RodEnd, SparseModes, System, SystemBuilder,
 };
 
 /// Three storeys on a soil; numbers whose products are no doubles.
@@ -88,6 +88,8 @@ fn rotations_without_mass_relax_with_the_damping_of_stiffness() {
             "{elements}: {}",
             modes.plan()
         );
+        let is_common = |mode: &&Mode| mode.multiplicity() == Some(elements);
+        assert_eq!(modes.iter().filter(is_common).count(), elements);
         let (mut real, mut oscillating) = (Vec::new(), Vec::new());
         for root in modes.eigenvalues() {
             assert!(

@@ -76,6 +76,7 @@ fn elastic_modes(squares: &Squares, are_positive: bool) -> Vec<Damped> {
                 bound,
                 real_bound,
                 multiplicity: group.len(),
+                coincide: false,
                 roots: 1,
                 shape: squares.shape(i),
             }));

@@ -17,7 +17,7 @@
 use std::cmp::Ordering;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Range, Sub, SubAssign};
 
-use crate::multiples::{add_multiples, add_products};
+use crate::multiples::add_multiples;
 use crate::{Magnitude, Real};
 
 /// `high + low` with |low| ≤ ½ ulp(high). Every operation errs by less than 2^-102 of the *result*
@@ -109,15 +109,6 @@ impl DoubleDouble {
         let cross = self.high * other.low + self.low * other.high;
         let (high, low) = quick_two_sum(high, error + cross);
         DoubleDouble { high, low }
-    }
-
-    /// sumᵢ + factorᵢ·entryᵢ in place of sumᵢ, for as many as all have, each within the bound of a product and a sum.
-    pub fn add_products(
-        sum: &mut [DoubleDouble],
-        factors: &[DoubleDouble],
-        entries: &[DoubleDouble],
-    ) {
-        add_products(sum, factors, entries);
     }
 
     /// The product of two doubles, exactly (unless its error term underflows).

@@ -12,42 +12,6 @@ pub(crate) fn add_multiples(sum: &mut [DoubleDouble], terms: &[Term<'_>]) {
     Arch::new().dispatch(AddMultiples { sum, terms });
 }
 
-/// sumᵢ + factorᵢ·entryᵢ in place of sumᵢ, off by at most 2 units of 2^-102 of the sum of both sizes.
-pub(crate) fn add_products(
-    sum: &mut [DoubleDouble],
-    factors: &[DoubleDouble],
-    entries: &[DoubleDouble],
-) {
-    Arch::new().dispatch(AddProducts {
-        sum,
-        factors,
-        entries,
-    });
-}
-
-struct AddProducts<'a> {
-    sum: &'a mut [DoubleDouble],
-    factors: &'a [DoubleDouble],
-    entries: &'a [DoubleDouble],
-}
-
-impl WithSimd for AddProducts<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let both = self.factors.iter().zip(self.entries);
-        for (sum, (factor, entry)) in self.sum.iter_mut().zip(both) {
-            *sum += if S::F64_LANES > 1 {
-                let (high, low) = product(*factor, *entry);
-                DoubleDouble::new(high, low)
-            } else {
-                *factor * *entry
-            };
-        }
-    }
-}
-
 /// A factor and what it multiplies.
 type Term<'a> = (DoubleDouble, &'a [DoubleDouble]);
 
@@ -133,19 +97,6 @@ mod tests {
             let known: Vec<DoubleDouble> =
                 sum.iter().zip(&entries).map(|(sum, entry)| *sum + factor * *entry).collect();
             DoubleDouble::add_multiple(&mut sum, factor, &entries);
-            prop_assert_eq!(sum, known);
-        }
-
-        /// Whatever the number of entries leaves beside whole registers.
-        #[test]
-        fn products_by_entry_are_those_of_operators(
-            rows in prop::collection::vec((number(), number(), number()), 0..21),
-        ) {
-            let mut sum: Vec<DoubleDouble> = rows.iter().map(|row| row.0).collect();
-            let [factors, entries]: [Vec<DoubleDouble>; 2] =
-                [rows.iter().map(|row| row.1).collect(), rows.iter().map(|row| row.2).collect()];
-            DoubleDouble::add_products(&mut sum, &factors, &entries);
-            let known: Vec<DoubleDouble> = rows.iter().map(|(sum, a, b)| *sum + *a * *b).collect();
             prop_assert_eq!(sum, known);
         }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use eigentone_digits::{DoubleDouble, Lanes, product};
-use faer::{Mat, MatRef};
+use eigentone_digits::{DoubleDouble, Lanes};
+use faer::MatRef;
 
 use super::sliced::{self, Rounding};
 use super::summed::{self, Rows};
@@ -119,20 +119,6 @@ impl<'a> Form<'a> {
     /// The same, in so many slices where [`is_sliced`](Self::is_sliced).
     pub(super) fn gram_in(&self, slices: usize, columns: &[Vec<DoubleDouble>]) -> Gram {
         self.products(columns, None, slices)
-    }
-
-    /// xᵀAx for each column, in doubles.
-    pub(super) fn diagonal(&self, columns: &[Vec<DoubleDouble>]) -> Vec<f64> {
-        let x = Mat::from_fn(self.n, columns.len(), |i, j| columns[j][i].to_f64());
-        let forces = self.matrix.map(|matrix| product(matrix, x.as_ref()));
-        let of = |j: usize| {
-            let at = |node: Node| node.coordinate().map_or(0.0, |i| x[(i, j)]);
-            let energy = |e: &Element| e.coefficient * (at(e.first) - at(e.second)).powi(2);
-            let elements: f64 = self.elements.iter().map(energy).sum();
-            let force = |i: usize| forces.as_ref().map_or(0.0, |forces| forces[(i, j)]);
-            elements + (0..self.n).map(|i| x[(i, j)] * force(i)).sum::<f64>()
-        };
-        (0..columns.len()).map(of).collect()
     }
 
     /// Whether products of so many columns with as many others are taken in slices.
@@ -492,10 +478,6 @@ impl Gram {
 
     pub(super) fn row(&self, i: usize) -> &[DoubleDouble] {
         &self.entries[i * self.size..][..self.size]
-    }
-
-    pub(super) fn row_errors(&self, i: usize) -> &[f64] {
-        &self.errors[i * self.size..][..self.size]
     }
 
     /// A bound of |entry (i, j)|.

@@ -179,11 +179,9 @@ fn rounded<T: Real>(ball: Ball<T>, is_real: bool, end: f64) -> (Complex<f64>, f6
     // Most are, by far.
     let twice = 2.0 * ball.radius().to_f64();
     let is_clear = value.re.abs() > twice && (value.im.abs() > twice || middle.im.is_zero());
-    if is_clear {
-        // Both parts are what they seem.
-    } else if !ball.contains_zero() {
+    if !is_clear && !ball.contains_zero() {
         value = Complex::new(part(middle.re), part(middle.im));
-    } else if upper(ball) <= end {
+    } else if !is_clear && upper(ball) <= end {
         value = Complex::ZERO;
     }
     if is_real {

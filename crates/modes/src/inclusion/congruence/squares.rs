@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::ops::Range;
 
 use eigentone_digits::{Ball, DoubleDouble, product};
-use faer::{ColRef, Mat};
+use faer::Mat;
 
 use super::closer::Closer;
 use super::forms::Basis;
@@ -78,7 +78,7 @@ pub(crate) fn squares(
     goal: Goal,
     tolerance: f64,
 ) -> Option<Squares> {
-    let mut basis = basis(system, shapes)?.shortened();
+    let mut basis = basis(system, shapes)?.shortened(system);
     let (elastic, null) = (basis.elastic - basis.null, basis.null);
     let forms = basis.refine(goal)?;
     let (forms, mut enclosed) = basis.enclosed(forms, tolerance);
@@ -154,7 +154,7 @@ pub(in crate::inclusion) fn precise(
     shapes: Vec<Vec<f64>>,
 ) -> Option<Vec<Precise>> {
     const GOAL: f64 = 1e-27;
-    let mut basis = basis(system, shapes)?.shortened();
+    let mut basis = basis(system, shapes)?.shortened(system);
     let forms = basis.refine(Goal::always(GOAL))?;
     let each = basis.columns.into_iter().enumerate();
     let each = each.map(|(i, shape)| Precise {
@@ -167,15 +167,26 @@ pub(in crate::inclusion) fn precise(
 
 impl Basis<'_> {
     /// With shapes rounded to what two slices hold, where they are to be refined far beyond that, and little is lost by it.
-    fn shortened(mut self) -> Self {
+    fn shortened(mut self, system: &System) -> Self {
         let elastic = &mut self.columns[..self.elastic];
-        let squares = || self.stiffness.diagonal(elastic).into_iter().map(f64::abs);
-        if self.stiffness.is_sliced(elastic.len()) && sliced::are_alike(squares()) {
+        if !self.stiffness.is_sliced(elastic.len()) {
+            return self;
+        }
+        let shapes = Mat::from_fn(system.len(), elastic.len(), |i, j| elastic[j][i].to_f64());
+        let squares = quadratic(&system.stiffness_matrix(), &shapes);
+        if sliced::are_alike(squares.into_iter().map(f64::abs)) {
             elastic.iter_mut().for_each(|x| sliced::shorten(x));
             self.inert.follow(&self.stiffness, elastic);
         }
         self
     }
+}
+
+/// xᵀAx of each shape x, in doubles.
+fn quadratic(matrix: &Mat<f64>, shapes: &Mat<f64>) -> Vec<f64> {
+    let forces = product(matrix.as_ref(), shapes.as_ref());
+    let each = shapes.col_iter().zip(forces.col_iter());
+    each.map(|(x, force)| x.transpose() * force).collect()
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.
@@ -193,13 +204,10 @@ fn basis<'a>(system: &'a System, shapes: Vec<Vec<f64>>) -> Option<Basis<'a>> {
     }
     let mass = system.mass_matrix();
     let normed = |shapes: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-        let all = Mat::from_fn(n, shapes.len(), |i, j| shapes[j][i]);
-        let pulls = product(mass.as_ref(), all.as_ref());
-        let each = shapes.into_iter().zip(pulls.col_iter());
-        let one = |(mut shape, pull): (Vec<f64>, ColRef<'_, f64>)| {
-            let square: f64 = shape.iter().zip(pull.iter()).map(|(x, y)| x * y).sum();
-            shape.iter_mut().for_each(|x| *x /= square.sqrt());
-            shape
+        let squares = quadratic(&mass, &Mat::from_fn(n, shapes.len(), |i, j| shapes[j][i]));
+        let each = shapes.into_iter().zip(squares);
+        let one = |(shape, square): (Vec<f64>, f64)| {
+            shape.into_iter().map(|x| x / square.sqrt()).collect()
         };
         each.map(one).collect()
     };

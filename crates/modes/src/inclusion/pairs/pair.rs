@@ -127,6 +127,7 @@ pub(super) fn plain(z: ComplexDoubleDouble) -> c64 {
     c64::new(z.re.to_f64(), z.im.to_f64())
 }
 
+/// |z|, quicker than by `hypot`.
 pub(super) fn norm(z: c64) -> f64 {
     modulus(z.re, z.im)
 }

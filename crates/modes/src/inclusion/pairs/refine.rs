@@ -230,7 +230,7 @@ impl Pairs<'_> {
                         (second * across - first * b) / (a * b - across * back)
                     }
                 };
-                if share.is_finite() && !rows.mixes(i, *other, share, 1.0) {
+                if !rows.mixes(i, *other, share, 1.0) {
                     change[(at, i)] = share;
                 }
             }

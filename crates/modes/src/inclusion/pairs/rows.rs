@@ -101,8 +101,13 @@ impl Pairs<'_> {
         let drift = losses_left.iter().zip(&losses_right);
         let drift = drift.map(|(left, right)| drifting.largest * left.max(*right) * UPWARD);
         let drift = drift.collect();
-        let forms = [&mass, &damping, &stiffness];
-        let products = Products::of(&self.pairs, &places, forms, count);
+        let products = Products {
+            pairs: &self.pairs,
+            places: &places,
+            forms: [&mass, &damping, &stiffness],
+            count,
+            zeros: vec![DoubleDouble::ZERO; count],
+        };
         let added = Added {
             follow: [follow_left, &follow_right],
             losses: [&losses_left, &losses_right],
@@ -225,47 +230,14 @@ struct Products<'a> {
     forms: [&'a Gram; 3],
     /// How many real columns there are.
     count: usize,
-    /// Re λ and Im λ, the latter with the sign that it has in each real column of XΛ: for x_j = r + is, those are
-    /// r Re λ − s Im λ and s Re λ + r Im λ.
-    values: [Vec<DoubleDouble>; 2],
+    /// What real shapes have in place of an imaginary part.
     zeros: Vec<DoubleDouble>,
 }
 
 /// Complex numbers for all real columns, real parts before imaginary ones.
 type Complex = [Vec<DoubleDouble>; 2];
 
-/// Bounds of the errors of real columns.
-struct Errors {
-    /// Of b_ij but for what λ_j counts, and times |λ_j|.
-    b: [Vec<f64>; 2],
-    /// Of a_ij − ρ_ib_ij.
-    h: [Vec<f64>; 2],
-}
-
 impl<'a> Products<'a> {
-    fn of(
-        pairs: &'a [Pair],
-        places: &'a [usize],
-        forms: [&'a Gram; 3],
-        count: usize,
-    ) -> Products<'a> {
-        let mut values = [0, 1].map(|_| vec![DoubleDouble::ZERO; count]);
-        for (pair, &place) in pairs.iter().zip(places) {
-            values[0][place..place + pair.parts()].fill(pair.value.re);
-            if !pair.is_real() {
-                (values[1][place], values[1][place + 1]) = (-pair.value.im, pair.value.im);
-            }
-        }
-        Products {
-            pairs,
-            places,
-            forms,
-            count,
-            values,
-            zeros: vec![DoubleDouble::ZERO; count],
-        }
-    }
-
     /// ρ_i and row i: with u_ij = y_iᵀ(C + λ_iM)x_j, b_ij = −(u_ij + λ_j y_iᵀMx_j) and
     ///
     /// a_ij − ρ_ib_ij = y_iᵀKx_j + ρ_iu_ij + (ρ_i − λ_i)λ_j y_iᵀMx_j,
@@ -304,7 +276,6 @@ impl<'a> Products<'a> {
         add_multiple(&mut rest, rho, u.each_ref().map(|part| &part[..]));
         let step = plain(rho - pair.value);
         let (fast, known, moved) = (pair.value.norm(), rho.norm(), norm(step));
-        let errors = self.errors(i, known, moved);
         let size = of_own.norm() / UPWARD;
         let mut row = Row {
             h: Vec::with_capacity(self.count),
@@ -314,17 +285,22 @@ impl<'a> Products<'a> {
             own: plain(of_own),
         };
         for (j, other) in self.pairs.iter().enumerate() {
-            let columns = self.places[j]..self.places[j] + other.parts();
-            let speed = other.value.norm();
-            let error = |[alone, times]: &[Vec<f64>; 2]| {
-                let each = columns.clone().map(|at| alone[at] + times[at] * speed);
-                each.sum::<f64>()
+            let [(m, m_error), (c, c_error), (k, k_error)] =
+                self.forms.map(|gram| self.sizes(gram, i, j));
+            let (k, k_error) = match self.is_at_rest(i) || self.is_at_rest(j) {
+                true => (0.0, 0.0),
+                false => (k, k_error),
             };
-            let loss = added.losses[0][i] * added.losses[1][j];
-            let follow = added.follow[0][i] * added.follow[1][j];
-            let b_error = (error(&errors.b) + (fast + speed) * loss) * UPWARD;
-            let by_loss = (known * fast + moved * speed) * loss;
-            let h_error = (error(&errors.h) + by_loss + follow) * UPWARD;
+            let m_error = m_error + added.losses[0][i] * added.losses[1][j];
+            let k_error = k_error + added.follow[0][i] * added.follow[1][j];
+            let speed = other.value.norm();
+            let (sum, by_step) = (fast + speed, moved * speed);
+            let b_size = c + sum * m;
+            let b_error = (c_error + sum * m_error + ROUNDING * b_size) * UPWARD;
+            let in_doubles = 2f64.powi(-49) * by_step * m;
+            let by_mass = (known * fast + by_step) * m_error;
+            let h_error = k_error + known * c_error + by_mass + in_doubles;
+            let h_error = (h_error + ROUNDING * (k + known * b_size)) * UPWARD;
             for conjugate in [false, true].into_iter().take(other.parts()) {
                 let column = Column { pair: j, conjugate };
                 let at = |row: [&[DoubleDouble]; 2]| plain(self.at(row, column));
@@ -370,16 +346,15 @@ impl<'a> Products<'a> {
 
     /// Adds λ_j times the entries of column j, for all of them.
     fn add_by_column(&self, to: &mut Complex, of: [&[DoubleDouble]; 2]) {
-        let [re, im] = &self.values;
         for (to, of) in to.iter_mut().zip(of) {
-            let mut turned = of.to_vec();
-            for (pair, &place) in self.pairs.iter().zip(self.places) {
+            for (pair, &at) in self.pairs.iter().zip(self.places) {
+                let ComplexDoubleDouble { re, im } = pair.value;
+                to[at] += re * of[at];
                 if !pair.is_real() {
-                    turned.swap(place, place + 1);
+                    to[at] -= im * of[at + 1];
+                    to[at + 1] += re * of[at + 1] + im * of[at];
                 }
             }
-            DoubleDouble::add_products(to, re, of);
-            DoubleDouble::add_products(to, im, &turned);
         }
     }
 
@@ -398,51 +373,16 @@ impl<'a> Products<'a> {
         self.pairs[pair].origin == Origin::Rest
     }
 
-    /// What the errors and the sizes of all real products that entries of row i consist of make of them, for ρ_i and ρ_i − λ_i
-    /// of so large sizes.
-    fn errors(&self, i: usize, known: f64, moved: f64) -> Errors {
-        let fast = self.pairs[i].value.norm();
-        let rows = self.places[i]..self.places[i] + self.pairs[i].parts();
-        let sums = |gram: &Gram| -> [Vec<f64>; 2] {
-            let mut sums = [0, 1].map(|_| vec![0.0; self.count]);
-            for p in rows.clone() {
-                let each = gram.row(p).iter().zip(gram.row_errors(p));
-                let [sizes, errors] = &mut sums;
-                for ((size, error), (entry, off)) in sizes.iter_mut().zip(errors).zip(each) {
-                    *size += entry.to_f64().abs();
-                    *error += off;
-                }
-            }
-            sums
-        };
-        let [mass, damping, mut stiffness] = self.forms.map(sums);
-        for (pair, &place) in self.places.iter().enumerate() {
-            if self.is_at_rest(i) || self.is_at_rest(pair) {
-                let columns = place..place + self.pairs[pair].parts();
-                stiffness
-                    .iter_mut()
-                    .for_each(|part| part[columns.clone()].fill(0.0));
+    /// The sums of the sizes and of the errors of all real products that y_iᵀAx_j consists of.
+    fn sizes(&self, gram: &Gram, i: usize, j: usize) -> (f64, f64) {
+        let (mut size, mut error) = (0.0, 0.0);
+        for p in (self.places[i]..).take(self.pairs[i].parts()) {
+            for q in (self.places[j]..).take(self.pairs[j].parts()) {
+                size += gram.at(p, q).to_f64().abs();
+                error += gram.error(p, q);
             }
         }
-        let whole = |[sizes, errors]: &[Vec<f64>; 2], at: usize| errors[at] + ROUNDING * sizes[at];
-        let each = |of: &dyn Fn(usize) -> f64| (0..self.count).map(of).collect();
-        Errors {
-            b: [
-                each(&|at| whole(&damping, at) + fast * whole(&mass, at)),
-                each(&|at| whole(&mass, at)),
-            ],
-            h: [
-                each(&|at| {
-                    let sum = whole(&damping, at) + fast * whole(&mass, at);
-                    whole(&stiffness, at) + known * sum
-                }),
-                each(&|at| {
-                    let [sizes, errors] = &mass;
-                    let doubles = 2f64.powi(-49) * sizes[at];
-                    moved * (errors[at] + doubles) + known * ROUNDING * sizes[at]
-                }),
-            ],
-        }
+        (size, error)
     }
 }
 

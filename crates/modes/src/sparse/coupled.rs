@@ -236,7 +236,7 @@ fn parted(pencil: &Pencil, group: Vec<Eigenpair>) -> Vec<Vec<newton::Root>> {
         let mut parts = vec![group];
         while parts.len() == 1 && parts[0].len() > 1 && near > LEAST {
             near *= STEP;
-            parts = joined(&parts[0], near);
+            parts = joined(parts.remove(0), near, |root| root.value);
         }
         let is_last = parts.len() == 1;
         for part in parts {
@@ -263,15 +263,19 @@ fn parted(pencil: &Pencil, group: Vec<Eigenpair>) -> Vec<Vec<newton::Root>> {
 }
 
 /// Those together that are joined by distances within a part of their size.
-fn joined(roots: &[Eigenpair], part: f64) -> Vec<Vec<Eigenpair>> {
-    let mut groups: Vec<Vec<Eigenpair>> = Vec::new();
+pub(crate) fn joined<T>(
+    roots: impl IntoIterator<Item = T>,
+    part: f64,
+    value: impl Fn(&T) -> Complex<f64>,
+) -> Vec<Vec<T>> {
+    let mut groups: Vec<Vec<T>> = Vec::new();
     for root in roots {
-        let reach = part * root.value.norm();
-        let near = |other: &Eigenpair| (other.value - root.value).norm() <= reach;
+        let at = value(&root);
+        let near = |other: &T| (value(other) - at).norm() <= part * at.norm();
         let (beside, apart): (Vec<_>, Vec<_>) =
             groups.into_iter().partition(|group| group.iter().any(near));
         groups = apart;
-        groups.push(beside.into_iter().flatten().chain([root.clone()]).collect());
+        groups.push(beside.into_iter().flatten().chain([root]).collect());
     }
     groups
 }
@@ -446,8 +450,7 @@ impl Zeros {
 /// those at 0.
 fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Eigenpair>> {
     const SMALL: f64 = 1e-3;
-    let mut groups: Vec<Vec<(usize, Eigenpair)>> = Vec::new();
-    for (k, search) in searches.iter().enumerate() {
+    let each = searches.iter().enumerate().flat_map(|(k, search)| {
         let mut roots = search.roots();
         sort_by_number(&mut roots, |root| root.value.norm());
         let still = roots
@@ -455,17 +458,9 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Eige
             .take(zeros.roots)
             .filter(|root| root.value.norm() <= SMALL * search.rate())
             .count();
-        for root in roots.drain(still..) {
-            let reach = newton::NEAR * root.value.norm();
-            let near = |(_, other): &(usize, Eigenpair)| (other.value - root.value).norm() <= reach;
-            let (mut joined, apart): (Vec<_>, Vec<_>) =
-                groups.into_iter().partition(|group| group.iter().any(near));
-            let mut group: Vec<_> = joined.drain(..).flatten().collect();
-            group.push((k, root));
-            groups = apart;
-            groups.push(group);
-        }
-    }
+        roots.into_iter().skip(still).map(move |root| (k, root))
+    });
+    let groups = joined(each, newton::NEAR, |(_, root)| root.value);
     // Of what several searches found the one that found most is taken.
     let most = |group: Vec<(usize, Eigenpair)>| -> Vec<Eigenpair> {
         let found = |k: usize| group.iter().filter(|(search, _)| *search == k).count();

@@ -385,17 +385,7 @@ fn grouped(pairs: Vec<Eigenpair>, forms: [&Form; 3], zeros: usize) -> Vec<Vec<Ei
         .take(zeros)
         .take_while(|pair| at_zero(pair))
         .count();
-    let mut groups: Vec<Vec<Eigenpair>> = Vec::new();
-    for pair in pairs.drain(first..) {
-        let reach = newton::NEAR * pair.value.norm();
-        let near = |other: &Eigenpair| (other.value - pair.value).norm() <= reach;
-        let (joined, mut apart): (Vec<_>, Vec<_>) =
-            groups.into_iter().partition(|group| group.iter().any(near));
-        let mut group: Vec<Eigenpair> = joined.into_iter().flatten().collect();
-        group.push(pair);
-        apart.push(group);
-        groups = apart;
-    }
+    let mut groups = coupled::joined(pairs.drain(first..), newton::NEAR, |pair| pair.value);
     for group in &mut groups {
         let mut basis: Vec<Vec<Complex<f64>>> = Vec::new();
         group.retain(|pair| {

@@ -582,7 +582,8 @@ fn slow(solver: &dyn ModeSolver, system: &System) -> Option<Slow> {
     if structure.is_undamped() {
         return None;
     }
-    if structure.is_symmetric() {
+    // Nodes without mass that dampers hold back would not follow at once.
+    if structure.is_symmetric() && structure.damped_massless().is_empty() {
         return Slow::of(system, elastic_shapes(solver, system)?);
     }
     let undamped = System::from(system.model().without_dampers());

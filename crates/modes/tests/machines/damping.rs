@@ -1,8 +1,8 @@
 //! Rayleigh and modal damping: exact products, couplings to supports, and what is known of such systems.
 
 use eigentone_modes::{
-    Beam, BeamEnd, Bounds, BuildError, ElementKind, GROUND, MatrixKind, Mode, Modes, Motion, Rod,
-    RodEnd, SparseModes, System, SystemBuilder,
+    Beam, BeamEnd, Bounds, BuildError, ElementKind, GROUND, MatrixKind, Mode, Modes, Motion,
+    Precision, Rod, RodEnd, SparseModes, System, SystemBuilder,
 };
 
 /// Three storeys on a soil; numbers whose products are no doubles.
@@ -604,5 +604,53 @@ fn long_beams_and_rods_are_damped_in_proportion() {
         let omega = mode.natural_frequency().radians_per_second();
         let zeta = 0.5 * (alpha / omega + beta * omega);
         assert!((mode.damping_ratio().expect("it swings") / zeta - 1.0).abs() < 1e-9);
+    }
+}
+
+/// One mass, one spring, and three nodes without mass that only dampers tie: K lets three shapes move without any force, more than
+/// there are masses. Eliminated by hand, spring and dampers are one damper d = 4/9·c₂c₃/(c₂ + c₃) behind k: λ² + (k/d)λ + k = 0
+/// beside the three roots 0.
+#[test]
+fn shapes_that_no_spring_resists_may_outnumber_masses() {
+    let k = 1_025_986_015.619_340_4f64;
+    let [c1, c2, c3] = [1.168_560_455_641_301_7e-4, 22_527_114_950.721_508, 1.0f64];
+    let builder = System::builder()
+        .mass("m0", 0.0)
+        .mass("m1", 0.0)
+        .mass("m2", 1.0)
+        .mass("m3", 0.0)
+        .point("p3", [("m3", 0.6)], 0.0)
+        .spring("p3", "m2", k)
+        .damper("m1", "m2", c1)
+        .damper("p3", "m0", c2)
+        .damper("m0", "m3", c3);
+    let system = builder.build().expect("a system");
+    let d = 4.0 / 9.0 * c2 * c3 / (c2 + c3);
+    let fast = -0.5 * k / d * (1.0 + (1.0 - 4.0 * d / k * d).sqrt());
+    for precision in [Precision::default(), Precision::Double] {
+        let modes = system.modes_to(precision).expect("it has modes");
+        let mut zeros = 0;
+        let mut others = Vec::new();
+        for mode in &modes {
+            match mode.eigenvalue().value {
+                value if value.norm() == 0.0 => zeros += mode.roots(),
+                _ => others.push(mode.eigenvalue()),
+            }
+        }
+        others.sort_by(|a, b| a.value.re.total_cmp(&b.value.re));
+        assert_eq!((zeros, others.len()), (3, 2), "{:?}", modes.eigenvalues());
+        for (found, wanted) in others.into_iter().zip([fast, k / fast]) {
+            let off = (found.value - wanted).norm();
+            let rounding = 1e-15 * wanted.abs();
+            assert!(
+                found.bound.is_none_or(|bound| off <= bound + rounding),
+                "{found:?} {wanted}"
+            );
+            let tolerance = 1e-15 * wanted.abs();
+            assert!(
+                precision == Precision::Double
+                    || found.bound.is_some_and(|bound| bound <= tolerance)
+            );
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 
+use crate::radii::Radii;
 use crate::{Magnitude, Real};
 
 /// A real matrix known entry by entry: each true entry lies within its radius of its middle.
@@ -146,53 +147,36 @@ impl<T: Real> BallMatrix<T> {
         let length = Magnitude::from(self.columns as f64 + 2.0);
         let unit = T::unit() * length;
         // What the size and what the radius of a factor are multiplied by.
-        let entries = other.middle.iter().zip(&other.radius);
-        let weights: Vec<[Magnitude; 2]> = entries
-            .map(|(middle, radius)| {
-                if middle.is_zero() && radius.is_zero() {
-                    return [Magnitude::ZERO; 2];
-                }
-                let size = middle.upper();
-                [*radius + size * unit, size + *radius]
-            })
+        let entries = || other.middle.iter().zip(&other.radius);
+        let own: Vec<Magnitude> = entries()
+            .map(|(middle, radius)| *radius + middle.upper() * unit)
             .collect();
+        let whole: Vec<Magnitude> = entries()
+            .map(|(middle, radius)| middle.upper() + *radius)
+            .collect();
+        let sizes: Vec<Magnitude> = self.middle.iter().map(|middle| middle.upper()).collect();
         let columns = other.columns;
-        let mut terms = vec![0usize; columns];
+        let inner = [self.columns, columns];
+        let radii = Radii::of([&sizes, &self.radius], [&own, &whole], inner);
+        let mut terms = Vec::with_capacity(self.columns);
         for i in 0..self.rows {
-            terms.fill(0);
             let row = i * columns;
             let factors = (0..self.columns).filter(|k| !self.is_zero(i, *k));
-            let rows = factors
-                .clone()
-                .map(|k| &other.middle[k * columns..][..columns]);
-            let rows: Vec<_> = factors
-                .clone()
-                .map(|k| self.middle(i, k))
-                .zip(rows)
-                .collect();
-            T::add_multiples(&mut product.middle[row..][..columns], &rows);
-            for k in factors {
-                let (size, radius) = (self.middle(i, k).upper(), self.radius(i, k));
-                let sums = product.radius[row..][..columns].iter_mut().zip(&mut terms);
-                for ((sum, terms), weights) in sums.zip(&weights[k * columns..]) {
-                    if weights[1].is_zero() {
-                        continue;
-                    }
-                    *sum = *sum + size * weights[0];
-                    if !radius.is_zero() {
-                        *sum = *sum + radius * weights[1];
-                    }
-                    *terms += 1;
+            terms.clear();
+            terms.extend(
+                factors.map(|k| (self.middle(i, k), &other.middle[k * columns..][..columns])),
+            );
+            T::add_multiples(&mut product.middle[row..][..columns], &terms);
+            let floor = T::floor() * Magnitude::from(2.0 * terms.len() as f64);
+            let sums = &mut product.radius[row..][..columns];
+            radii.row(i, sums);
+            for (radius, middle) in sums.iter_mut().zip(&product.middle[row..]) {
+                // It is 0 where there is no term.
+                if !radius.is_zero() {
+                    *radius = *radius + floor;
                 }
-            }
-            for (j, &terms) in terms.iter().enumerate() {
-                let at = row + j;
-                if terms > 0 {
-                    let floor = T::floor() * Magnitude::from(2.0 * terms as f64);
-                    product.radius[at] = product.radius[at] + floor;
-                }
-                if !product.middle[at].is_finite() {
-                    product.radius[at] = Magnitude::INFINITY;
+                if !middle.is_finite() {
+                    *radius = Magnitude::INFINITY;
                 }
             }
         }

@@ -33,6 +33,7 @@ mod lanes;
 mod magnitude;
 mod multiples;
 mod products;
+mod radii;
 #[cfg(test)]
 mod rational;
 mod real;

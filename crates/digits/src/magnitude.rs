@@ -169,6 +169,17 @@ impl Magnitude {
         (exponents == 0).then(|| numbers.map(|m| m.mantissa))
     }
 
+    /// The mantissas of numbers that are 0 or share one exponent, and that; `None` for all others.
+    pub(crate) fn aligned(numbers: &[Magnitude]) -> Option<(Vec<f64>, i64)> {
+        let exponent = numbers
+            .iter()
+            .find(|m| !m.is_zero())
+            .map_or(0, |m| m.exponent);
+        let shares = |m: &Magnitude| m.is_zero() || m.is_finite() && m.exponent == exponent;
+        let mantissas = || numbers.iter().map(|m| m.mantissa).collect();
+        numbers.iter().all(shares).then(|| (mantissas(), exponent))
+    }
+
     /// A double that is no smaller, the same where doubles reach; ∞ beyond their range.
     pub fn to_f64(self) -> f64 {
         match self.exponent {

@@ -92,6 +92,9 @@ impl<'a, 'b, T: Real> Driven<'a, 'b, T> {
     pub(super) fn check_momenta(&self) -> Result<(), ResponseError> {
         for piece in 0..self.problem.timeline().pieces().len() {
             let momenta = self.problem.momenta(piece);
+            if momenta.is_empty() {
+                continue;
+            }
             if let Some(on) = self.generator.gives_way(&momenta) {
                 return Err(self.problem.unresisted(on, piece));
             }

@@ -96,14 +96,16 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     fn walk(mut self, march: &March<'_, '_>) -> Result<Attempt, ResponseError> {
+        /// Errors that come to 2 to this power of the states are to be known more closely: as they fade.
+        const SEEN: i64 = -72;
         let March { wanted, last, .. } = *march;
         let mut collector = Collector::new(self.driven.problem, wanted)?;
         let problem = self.driven.problem;
         let end = problem.grid().time(problem.grid().last());
         let mut judge = Judge::new(march.tolerance, end, self.driven.generator.fastest());
         let mut walk = Walk::of(problem);
+        let instants = wanted.count(problem.grid());
         self.begin(0);
-        self.prepare_all(wanted.count(problem.grid()));
         while let Some(target) = collector.next() {
             while let Some(leg) = walk.towards(&target) {
                 match leg {
@@ -116,7 +118,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                     Leg::Begin => self.begin(walk.index()),
                 }
             }
-            if !self.record(&mut collector, &mut judge, &target, last)? && !last {
+            let sizes = self.sizes();
+            if sizes[0] * Magnitude::power_of_two(SEEN) < self.drift.total() {
+                self.prepare_all(instants);
+            }
+            if !self.record(&mut collector, &mut judge, &target, sizes, last)? && !last {
                 let halvings = squarings(&self.driven.generator.w, problem.grid().step());
                 return Ok(Attempt::Missed { halvings });
             }
@@ -271,7 +277,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
     }
 
-    /// The powers whose norms show how errors fade, where they cost little beside the march.
+    /// All powers up to the end, whose norms show how errors fade, where they cost little beside the march.
     pub(super) fn prepare_all(&mut self, instants: u64) {
         let steps = self.driven.problem.grid().last() * self.driven.clock.division;
         if steps == 0 {
@@ -283,12 +289,13 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
     }
 
-    /// Fills the column of the instant reached; whether it is good enough.
+    /// Fills the column of the instant reached, where states and loads have these 2-norms; whether it is good enough.
     fn record(
         &mut self,
         collector: &mut Collector<'_, '_>,
         judge: &mut Judge,
         now: &Instant,
+        sizes: [Magnitude; 2],
         last: bool,
     ) -> Result<bool, ResponseError> {
         let column = collector.column();
@@ -301,10 +308,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         });
         let mut good = true;
         let drift = self.drift.total();
+        let size = (sizes[0] * sizes[0] + sizes[1] * sizes[1]).sqrt();
         for row in 0..self.driven.generator.combinations.len() {
             let (exact, error) = match &outset {
                 Some(outset) => (outset[3].middle(row, 0), outset[3].radius(row, 0)),
-                None => self.combination(&self.driven.generator.combinations[row], drift),
+                None => self.combination(&self.driven.generator.combinations[row], drift, sizes),
             };
             let (value, bound) = rounded(exact, error);
             if !value.is_finite() && error.is_finite() {
@@ -313,7 +321,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             // Loads are in units of what they do in a step.
             let parts = self.driven.generator.combinations[row].parts.iter();
             let norm = parts.fold(Magnitude::ZERO, |sum, part| sum + part.norm);
-            let made_of = norm * length(&self.zeta);
+            let made_of = norm * size;
             good &= judge.judge_combination(row, value.abs(), made_of, error);
             collector.combine(row, value, bound.to_f64());
         }
@@ -325,7 +333,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             }
             let values = match &outset {
                 Some(outset) => column_of(&outset[kind]),
-                None => self.values(kind),
+                None => self.values(kind, drift, sizes),
             };
             let (mut top, mut worst, mut bound) = (0.0f64, Magnitude::ZERO, Magnitude::ZERO);
             for (i, (exact, error)) in values.into_iter().enumerate() {
@@ -349,7 +357,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
         collector.advance(bounds);
         let accelerates = || {
-            self.values(2)
+            self.values(2, drift, sizes)
                 .iter()
                 .any(|(value, error)| value.upper() > *error)
         };
@@ -357,9 +365,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     /// Each coordinate's displacement, velocity or acceleration, and a bound of its error.
-    fn values(&mut self, kind: usize) -> Vec<(T, Magnitude)> {
-        let drift = self.drift.total();
-        let error = self.output_error(&self.driven.generator.outputs[kind], drift);
+    fn values(&self, kind: usize, drift: Magnitude, sizes: [Magnitude; 2]) -> Vec<(T, Magnitude)> {
+        let error = self.output_error(&self.driven.generator.outputs[kind], drift, sizes);
         let rows = self.outputs[kind].rows;
         let mut values = vec![T::ZERO; rows];
         self.outputs[kind].apply(&self.zeta, &mut values);
@@ -367,15 +374,32 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     /// The value of an output of one row, and a bound of its error.
-    fn combination(&self, output: &Output<T>, drift: Magnitude) -> (T, Magnitude) {
+    fn combination(
+        &self,
+        output: &Output<T>,
+        drift: Magnitude,
+        sizes: [Magnitude; 2],
+    ) -> (T, Magnitude) {
         let products = output.rows[0].iter().zip(&self.zeta).map(|(a, b)| *a * *b);
         let sum = products.fold(T::ZERO, |sum, product| sum + product);
-        (sum, self.output_error(output, drift))
+        (sum, self.output_error(output, drift, sizes))
+    }
+
+    /// The 2-norms of states and of loads.
+    fn sizes(&self) -> [Magnitude; 2] {
+        let (states, loads) = self.zeta.split_at(self.driven.generator.states);
+        [states, loads].map(length)
     }
 
     /// A bound of the error of any value of an output.
-    fn output_error(&self, output: &Output<T>, drift: Magnitude) -> Magnitude {
-        let (states, loads) = self.zeta.split_at(self.driven.generator.states);
+    fn output_error(
+        &self,
+        output: &Output<T>,
+        drift: Magnitude,
+        sizes: [Magnitude; 2],
+    ) -> Magnitude {
+        let states = self.driven.generator.states;
+        let counts = [states, self.zeta.len() - states];
         let of_loads = if self.driven.generator.straight > self.driven.generator.states {
             drift + self.straight_error
         } else {
@@ -384,12 +408,12 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let errors = [drift, of_loads];
         let rounding = growth::<T>(self.zeta.len());
         let mut error = Magnitude::ZERO;
-        for ((part, vector), own) in output.parts.iter().zip([states, loads]).zip(errors) {
-            let size = length(vector);
+        let vectors = sizes.into_iter().zip(counts);
+        for ((part, (size, count)), own) in output.parts.iter().zip(vectors).zip(errors) {
             if part.norm.is_zero() || size.is_zero() && own.is_zero() {
                 continue;
             }
-            let floor = T::floor() * Magnitude::from(vector.len() as f64);
+            let floor = T::floor() * Magnitude::from(count as f64);
             error = error + part.norm * own + (part.error + rounding * part.norm) * size + floor;
         }
         error

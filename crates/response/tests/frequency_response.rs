@@ -749,6 +749,80 @@ fn relative_motions_are_complete_whatever_springs_add_up_to() {
     }
 }
 
+/// With losses terms cancel at 0 and at ∞ as without: in what a mass that hangs on another moves beside it, in accelerations, in the
+/// stretch of a free spring, and of what is 0 everywhere. Peaks by mpmath with 50 digits, zeros of d|H|/dΩ of the exact doubles; of
+/// the free spring in closed form, Ω² = k/m_a + k/m_b and 1/(m_a Ω² η).
+#[test]
+fn functions_with_losses_are_complete() {
+    let hung = System::builder()
+        .mass("a", 8.0)
+        .mass("b", 4.0)
+        .spring(GROUND, "a", 8.0)
+        .spring("a", "b", 0.1)
+        .spring("a", "b", 0.2);
+    let one = System::builder()
+        .mass("b", 2.0)
+        .spring(GROUND, "b", 0.1)
+        .spring(GROUND, "b", 0.2)
+        .damper(GROUND, "b", 0.25);
+    let free = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 2.0)
+        .spring("a", "b", 6.0);
+    let riding = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 0.0)
+        .spring(GROUND, "a", 1.5)
+        .spring("a", "b", 0.3);
+    let apart = |quantity| between("apart", quantity, "b", "a");
+    let moved = || sum("moved", &[(Quantity::Acceleration, "b", 1.0)]);
+    let displaced = Quantity::Displacement;
+    let cases = [
+        (
+            hung,
+            vec![0.0, 0.25, 0.25],
+            "a",
+            apart(Quantity::Velocity),
+            &[
+                (0.281_417_545_489_947_2, 0.155_810_819_707_244),
+                (1.019_935_212_892_388_4, 12.620_833_168_055_978),
+            ][..],
+        ),
+        (
+            one,
+            vec![0.5, 0.25],
+            "b",
+            moved(),
+            &[(0.453_574_927_670_431_6, 0.854_540_640_018_357_3)],
+        ),
+        (
+            free,
+            vec![0.125],
+            "a",
+            apart(displaced),
+            &[(3.0, 8.0 / 9.0)],
+        ),
+        (riding, vec![0.1, 6.15], "a", apart(displaced), &[]),
+    ];
+    for (builder, losses, from, output, truth) in cases {
+        let system = builder.build().expect("a system");
+        let asked = FrequencyResponse::of(&system).from(from).output(output);
+        let found = asked.loss_factors(losses).features(&[0.1, 3.0]);
+        let found = &found.expect("features")[0];
+        assert!(found.is_complete(), "{found:?}");
+        assert_eq!(found.peaks().len(), truth.len());
+        for (peak, (frequency, gain)) in found.peaks().iter().zip(truth) {
+            assert_near(peak.frequency().0, *frequency, 1e-15);
+            assert_near(peak.gain().expect("damped").0, *gain, 1e-15);
+        }
+        let Some(LargestGain::Finite { gain, .. }) = found.largest_gain() else {
+            panic!("{found:?}")
+        };
+        let largest = truth.iter().map(|(_, gain)| *gain).fold(0.0, f64::max);
+        assert_near(gain, largest, 1e-15);
+    }
+}
+
 /// Of the velocity of one mass it is 1/√2 of the peak where |k − mΩ²| = cΩ, wherever the grid ends.
 #[test]
 fn half_power_is_found_beyond_the_grid() {

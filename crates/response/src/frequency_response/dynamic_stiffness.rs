@@ -128,13 +128,13 @@ impl Part {
         (self.power, turned(product, turns as u8))
     }
 
-    /// Power, and two doubles whose sum is the factor, where there is no loss and these are exact.
-    pub(super) fn exact(&self) -> Option<(i32, [f64; 2])> {
-        let [a, b, ..] = self.factors;
-        let product = DoubleDouble::product(a, b);
-        let is_whole = product.high().abs() > 1e-200 && product.high().is_finite();
-        let known = self.turns == 0 && self.factors[2..] == [1.0; 2] && is_whole;
-        known.then(|| (self.power, [product.high(), product.low()]))
+    /// Power, quarter turns, and doubles whose sum is the product, where these are exact.
+    pub(super) fn exact(&self) -> Option<(i32, u8, Vec<f64>)> {
+        let [first, others @ ..] = self.factors;
+        let product = others
+            .iter()
+            .try_fold(vec![first], |product, factor| products(&product, *factor))?;
+        Some((self.power, self.turns % 4, product))
     }
 
     /// Power, and what (iΩ)^power is multiplied by.
@@ -142,6 +142,11 @@ impl Part {
         let product = self.factors.iter().product::<f64>();
         let turned = Complex::<f64>::I.powu(self.turns.into()) * product;
         (self.power, turned)
+    }
+
+    /// The power of iΩ.
+    pub(super) fn power(&self) -> i32 {
+        self.power
     }
 
     /// Whether there is no loss.
@@ -400,10 +405,19 @@ impl Block {
             .any(|(_, terms)| !terms.losses.is_empty())
     }
 
-    /// Its entries as sums of doubles by powers of iΩ, where there are no losses.
+    /// Its entries as sums of doubles by powers of iΩ, without losses.
     pub(super) fn terms(&self) -> impl Iterator<Item = (usize, usize, [Vec<f64>; 3])> {
         let entries = self.entries.iter();
         entries.map(|((row, column), terms)| (*row, *column, terms.sums.clone()))
+    }
+
+    /// The losses of springs, by row and column.
+    pub(super) fn losses(&self) -> impl Iterator<Item = ((usize, usize), Part)> {
+        let entries = self.entries.iter();
+        entries.flat_map(|(place, terms)| {
+            let losses = terms.losses.iter();
+            losses.map(|factors| (*place, Part::loss(*factors)))
+        })
     }
 
     /// Its entries as polynomials in Ω: row, column, coefficients.
@@ -509,9 +523,41 @@ pub(super) fn slopes<T: Real>(frequency: Frequency) -> [Ball<T>; 2] {
     })
 }
 
+/// Doubles whose sum is that of some others times a factor; `None` where these are not exact.
+pub(super) fn products(terms: &[f64], factor: f64) -> Option<Vec<f64>> {
+    if factor == 1.0 {
+        return Some(terms.to_vec());
+    }
+    let terms = terms.iter().filter(|term| **term != 0.0 && factor != 0.0);
+    let products = terms.map(|term| {
+        let product = DoubleDouble::product(*term, factor);
+        let is_exact = (1e-200..f64::INFINITY).contains(&product.high().abs());
+        is_exact.then_some([product.high(), product.low()])
+    });
+    let products: Option<Vec<[f64; 2]>> = products.collect();
+    Some(products?.concat())
+}
+
 /// A polynomial in Ω by the doubles whose sums multiply powers of iΩ.
 pub(super) fn polynomial<T: Real>(sums: &[Vec<f64>; 3]) -> [Ball<T>; 3] {
     [0, 1, 2].map(|power| turned(sum::<T>(&sums[usize::from(power)]), power))
+}
+
+/// The same where others multiply i times these powers.
+pub(super) fn complex_polynomial<T: Real>(
+    real: &[Vec<f64>; 3],
+    imaginary: &[Vec<f64>; 3],
+) -> [Ball<T>; 3] {
+    let mut parts = polynomial(real);
+    let own = polynomial::<T>(imaginary).into_iter().zip(imaginary);
+    for (part, (more, _)) in parts
+        .iter_mut()
+        .zip(own)
+        .filter(|(_, (_, doubles))| !doubles.is_empty())
+    {
+        *part = *part + turned(more, 1);
+    }
+    parts
 }
 
 /// The exact sum of doubles.

@@ -5,14 +5,15 @@
 
 use std::collections::BTreeMap;
 
-use eigentone_digits::DoubleDouble;
-
-use super::dynamic_stiffness::polynomial;
-use super::orders::{Terms, parts};
+use super::dynamic_stiffness::{complex_polynomial, products};
+use super::orders::{Equations, parts};
 use super::power_series::Polynomial;
 
-/// Row and column, and by powers of λ the doubles whose sums stand there.
-type Placed = ((usize, usize), [Vec<f64>; 3]);
+/// By powers of λ the doubles whose sums multiply 1, and those that multiply i.
+type Powers = [[Vec<f64>; 3]; 2];
+
+/// What stands in a row and column.
+type Placed = ((usize, usize), Powers);
 
 /// The equations of n coordinates, bordered by input and output, in Ω.
 pub(super) struct Split {
@@ -23,12 +24,14 @@ pub(super) struct Split {
 
 impl Split {
     /// By vectors that begin with a 1 where all others are 0; `None` where a product is not exact.
-    pub(super) fn of(n: usize, terms: &[Terms], free: &[Vec<(usize, f64)>]) -> Option<Split> {
-        let mut all: BTreeMap<(usize, usize), [Vec<f64>; 3]> = BTreeMap::new();
-        for (row, column, powers) in terms {
-            let entry = all.entry((*row, *column)).or_default();
-            for (sum, own) in entry.iter_mut().zip(powers) {
-                sum.extend(own);
+    pub(super) fn of(n: usize, exact: &Equations, free: &[Vec<(usize, f64)>]) -> Option<Split> {
+        let mut all: BTreeMap<(usize, usize), Powers> = BTreeMap::new();
+        for (kind, terms) in [&exact.real, &exact.imaginary].into_iter().enumerate() {
+            for (row, column, powers) in terms {
+                let entry = &mut all.entry((*row, *column)).or_default()[kind];
+                for (sum, own) in entry.iter_mut().zip(powers) {
+                    sum.extend(own);
+                }
             }
         }
         // Of columns, and then of rows.
@@ -41,24 +44,20 @@ impl Split {
                     .filter_map(|(place, powers)| {
                         let (along, across) = turn(*place);
                         let (_, by) = others.iter().find(|(i, _)| *i == across)?;
-                        let scaled = powers.each_ref().map(|sum| products(sum, *by));
-                        Some((turn((along, own.0)), scaled))
+                        Some((turn((along, own.0)), scaled(powers, *by)))
                     })
-                    .map(|(place, scaled)| {
-                        let [a, b, c] = scaled;
-                        Some((place, [a?, b?, c?]))
-                    })
+                    .map(|(place, scaled)| Some((place, scaled?)))
                     .collect::<Option<_>>()?;
                 for (place, powers) in added {
-                    let entry = all.entry(place).or_default();
-                    for (sum, more) in entry.iter_mut().zip(powers) {
+                    let entry = all.entry(place).or_default().iter_mut().flatten();
+                    for (sum, more) in entry.zip(powers.into_iter().flatten()) {
                         sum.extend(more);
                         *sum = parts(sum);
                     }
                 }
             }
         }
-        for sum in all.values_mut().flatten() {
+        for sum in all.values_mut().flatten().flatten() {
             *sum = parts(sum);
             if !sum.iter().all(|part| part.is_finite()) {
                 return None;
@@ -66,7 +65,10 @@ impl Split {
         }
         let common = |column: usize| {
             let own = all.iter().filter(|((_, at), _)| *at == column);
-            let least = own.filter_map(|(_, powers)| powers.iter().position(|sum| !sum.is_empty()));
+            let least = own.flat_map(|(_, powers)| powers).filter_map(|powers| {
+                let mut sums = powers.iter();
+                sums.position(|sum| !sum.is_empty())
+            });
             least.min().unwrap_or(0)
         };
         let places = free.iter().filter_map(|vector| Some(vector.first()?.0));
@@ -75,8 +77,8 @@ impl Split {
             .map(|column| (column, common(column)))
             .filter(|(_, power)| *power > 0)
             .collect();
-        let entries = all.into_iter().map(|(place, powers)| {
-            let mut polynomial = polynomial(&powers);
+        let entries = all.into_iter().map(|(place, [real, imaginary])| {
+            let mut polynomial = complex_polynomial(&real, &imaginary);
             let down = lowered.iter().find(|(column, _)| *column == place.1);
             if let Some((_, power)) = down {
                 polynomial.rotate_left(*power);
@@ -88,17 +90,11 @@ impl Split {
     }
 }
 
-/// Doubles whose sum is that of some others times a factor; `None` where these are not exact.
-fn products(terms: &[f64], factor: f64) -> Option<Vec<f64>> {
-    if factor == 1.0 {
-        return Some(terms.to_vec());
+/// All of them times a factor; `None` where that is not exact.
+fn scaled(powers: &Powers, factor: f64) -> Option<Powers> {
+    let mut scaled = powers.clone();
+    for sum in scaled.iter_mut().flatten() {
+        *sum = products(sum, factor)?;
     }
-    let terms = terms.iter().filter(|term| **term != 0.0);
-    let products = terms.map(|term| {
-        let product = DoubleDouble::product(*term, factor);
-        let is_exact = (1e-200..f64::INFINITY).contains(&product.high().abs());
-        is_exact.then_some([product.high(), product.low()])
-    });
-    let products: Option<Vec<[f64; 2]>> = products.collect();
-    Some(products?.concat())
+    Some(scaled)
 }

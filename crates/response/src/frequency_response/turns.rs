@@ -14,7 +14,7 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
 use super::dynamic_stiffness::{Block, Part};
 use super::enclosure::{Push, Reading};
 use super::in_doubles::InDoubles;
-use super::orders::{Orders, Terms};
+use super::orders::{Equations, Orders};
 use super::power_series::{
     Center, Entry, NoCenter, Number, Polynomial, PowerSeries, REACH, at_most, real, times,
 };
@@ -85,8 +85,8 @@ struct Axis<'a> {
     modes: Option<(&'a InDoubles<'a>, f64)>,
     /// In 1/Ω.
     backward: bool,
-    /// Whether |h|² is a function of x².
-    even: bool,
+    /// The first odd powers of x that |h|² and |1/h|² may have, if any.
+    odd: [Option<usize>; 2],
     /// Whether h is real, or imaginary.
     is_real: bool,
     /// The number of coordinates; the equations have one more row and column, for output and input.
@@ -211,29 +211,42 @@ impl Axis<'_> {
             .chain(&reading.more)
             .collect();
         let lossless = !block.has_losses() && parts.iter().all(|part| part.is_real());
-        let exact = || -> Option<Vec<Terms>> {
-            let mut terms: Vec<Terms> = block.terms().collect();
+        // Where losses are: row, column and power of Ω.
+        let mut lost: Vec<(usize, usize, u32)> = block
+            .losses()
+            .map(|((row, column), _)| (row, column, 0))
+            .collect();
+        let read = own.iter().map(|(column, part)| (n, *column, *part));
+        let read = read.chain(reading.more.iter().map(|part| (n, n, part)));
+        let acts = pushes.iter();
+        let acts = acts.filter_map(|push| Some((place(push.coordinate)?, n, &push.part)));
+        let others = read.chain(acts).filter(|(_, _, part)| !part.is_real());
+        lost.extend(others.map(|(row, column, part)| (row, column, part.power().unsigned_abs())));
+        let exact = || -> Option<Equations> {
+            let mut equations = Equations {
+                real: block.terms().collect(),
+                ..Equations::default()
+            };
             let own = own.iter().map(|(column, part)| ((n, *column), *part, 1.0));
             let acts = pushes.iter().map(|push| (push.coordinate, &push.part));
             let acts = acts.filter_map(|(at, part)| Some(((place(at)?, n), part, 1.0)));
             let more = reading.more.iter().map(|part| ((n, n), part, -1.0));
-            for ((row, column), part, sign) in own.chain(acts).chain(more) {
-                let (power, product) = part.exact()?;
-                let at = terms
-                    .iter()
-                    .position(|term| (term.0, term.1) == (row, column));
-                let at = at.unwrap_or_else(|| {
-                    terms.push((row, column, Default::default()));
-                    terms.len() - 1
-                });
+            let all = own.chain(acts).chain(more);
+            let all = all.map(|(place, part, sign)| (place, *part, sign));
+            for (place, part, sign) in block
+                .losses()
+                .map(|(place, part)| (place, part, 1.0))
+                .chain(all)
+            {
+                let (power, turns, product) = part.exact()?;
                 let product = product.into_iter().map(|value| sign * value);
-                terms[at].2[usize::try_from(power).ok()?].extend(product);
+                equations.add(place, (power, turns), product)?;
             }
-            Some(terms)
+            Some(equations)
         };
-        let exact = if lossless && n > 0 { exact() } else { None };
+        let exact = if n > 0 { exact() } else { None };
         let split = exact.as_ref().filter(|_| !block.free().is_empty());
-        let split = split.and_then(|terms| Split::of(n, terms, block.free()));
+        let split = split.and_then(|exact| Split::of(n, exact, block.free()));
         let orders = Rc::new(Orders::of(n, exact));
         let powers = |polynomial: &Polynomial| {
             let known = polynomial.each_ref().map(|part| !part.is_zero());
@@ -278,13 +291,21 @@ impl Axis<'_> {
             let entries = entries
                 .iter()
                 .map(|(&(row, column), polynomial)| (row, column, turned(row, polynomial)));
+            let entries: Vec<Entry> = entries.collect();
+            let lost = lost.iter().map(|(row, column, power)| {
+                let turned = spans[*row].1.saturating_sub(*power as usize);
+                (*row, *column, if backward { turned } else { 0 })
+            });
             Axis {
                 modes: None,
                 backward,
-                even: lossless || undamped,
+                odd: match lossless || undamped {
+                    true => [None; 2],
+                    false => first_odd(n, &entries, lost).map(Some),
+                },
                 is_real: lossless && undamped,
                 n,
-                entries: entries.collect(),
+                entries,
                 power: match backward {
                     true => spans[n].1 as i32,
                     false => -(spans[n].0 as i32),
@@ -489,7 +510,8 @@ impl Axis<'_> {
                 self.clear(&mut series, inverse);
             }
             let power = if inverse { -self.power } else { self.power };
-            let slope = Slope::of(&series, power, self.even, x).ok_or(Undecided::Wide)?;
+            let slope = Slope::of(&series, power, self.odd[usize::from(inverse)], x)
+                .ok_or(Undecided::Wide)?;
             if low == 0.0 && slope.is_hidden() {
                 return Err(Undecided::Beyond(0.0));
             }
@@ -583,7 +605,7 @@ fn by_modes<T: Real>(
     let mut undecided = Undecided::Wide;
     let mut by_series = || {
         let series = modes.series::<T>(x, least, count)?;
-        let slope = Slope::of(&series, 0, false, x)?;
+        let slope = Slope::of(&series, 0, Some(1), x)?;
         if slope.is_blind((high - x) / series.radius) {
             undecided = Undecided::Blind;
         }
@@ -604,6 +626,41 @@ fn by_modes<T: Real>(
         turns,
         rises_at_zero: false,
     })
+}
+
+/// The first odd powers of x that |h|² and |1/h|² may have beside losses in these places, with powers of x.
+///
+/// With losses times ε, the conjugates of the equations are those of −x and −ε, up to the signs of rows. So |h|² has terms of
+/// even order in both together alone, and an odd power of x comes with a factor ε. At least as many powers of x come with it as in the
+/// equations, beyond those that input and output bring without it.
+fn first_odd(
+    n: usize,
+    entries: &[Entry],
+    lost: impl Iterator<Item = (usize, usize, usize)>,
+) -> [usize; 2] {
+    // What input and output have in common, by whether the row and the column are theirs.
+    let common = |row_is_last: bool, column_is_last: bool| {
+        let own = entries
+            .iter()
+            .filter(|(row, column, _)| (*row == n, *column == n) == (row_is_last, column_is_last));
+        own.filter_map(|(_, _, polynomial)| polynomial.iter().position(|part| !part.is_zero()))
+            .min()
+    };
+    let through = common(false, true).zip(common(true, false));
+    let through = through.map(|(input, output)| input + output);
+    let both = through.into_iter().chain(common(true, true)).min();
+    let both = both.unwrap_or(0);
+    let (mut direct, mut inverse) = (usize::MAX, usize::MAX);
+    for (row, column, power) in lost {
+        let brought = match (row == n, column == n) {
+            (false, false) => 0,
+            (true, true) => both,
+            (last, _) => common(last, !last).unwrap_or(0),
+        };
+        direct = direct.min(power.saturating_sub(brought));
+        inverse = inverse.min(power);
+    }
+    [(2 * both).saturating_add(direct | 1), inverse | 1]
 }
 
 /// The point about which an interval is looked at, and the least ρ.
@@ -627,9 +684,9 @@ struct Slope {
 }
 
 impl Slope {
-    /// With a = |h|²: (x₀/ρ + t) a′ − 2P a, as |H|², or its inverse, is a divided by 2P powers of x; `even` where a has even
-    /// powers of x alone.
-    fn of(series: &PowerSeries, power: i32, even: bool, x: f64) -> Option<Slope> {
+    /// With a = |h|²: (x₀/ρ + t) a′ − 2P a, as |H|², or its inverse, is a divided by 2P powers of x; `odd` is the first odd power of
+    /// x that a may have, if any.
+    fn of(series: &PowerSeries, power: i32, odd: Option<usize>, x: f64) -> Option<Slope> {
         let down = series.largest.exponent();
         let sized = |value: Number| super::elimination::scaled(value, -down);
         let h: Vec<Number> = series.coefficients.iter().copied().map(sized).collect();
@@ -643,9 +700,12 @@ impl Slope {
             at_most(sum, largest * largest)
         };
         let squares: Vec<Number> = (0..count)
-            .map(|k| match even && x == 0.0 && k % 2 == 1 {
-                true => Number::ZERO,
-                false => square(k),
+            .map(|k| {
+                let is_odd = x == 0.0 && k % 2 == 1;
+                match is_odd && odd.is_none_or(|first| k < first) {
+                    true => Number::ZERO,
+                    false => square(k),
+                }
             })
             .collect();
         let power = f64::from(power);

@@ -138,6 +138,43 @@ fn lowest_modes_of_elements_and_of_matrices() {
     );
 }
 
+/// Two waves run round a ring of equal masses with the same frequency. Where one of them alone is listed, that is said.
+#[test]
+fn a_double_frequency_that_is_cut_in_two_is_told() {
+    for (n, one_more) in [(8, "1 more equals"), (450, "1 more is not separated from")] {
+        let masses = (0..n).map(|i| format!(r#"{{"name": "m{i}", "mass": 1}}"#));
+        let masses: Vec<String> = masses.collect();
+        let springs = (0..n).map(|i| {
+            let next = (i + 1) % n;
+            let around = format!(r#"{{"between": ["m{i}", "m{next}"], "stiffness": 1}}"#);
+            around + &format!(r#", {{"between": ["ground", "m{i}"], "stiffness": 0.5}}"#)
+        });
+        let springs: Vec<String> = springs.collect();
+        let (masses, springs) = (masses.join(","), springs.join(","));
+        let path = directory("ring").join(format!("{n}.json"));
+        let text = format!(r#"{{"masses": [{masses}], "springs": [{springs}]}}"#);
+        fs::write(&path, text).expect("written");
+        let path = path.to_str().expect("a UTF-8 path");
+        let last_line = |options: &[&str]| {
+            let output = eigentone(&[&["modes", path], options].concat());
+            let table = String::from_utf8(output.stdout).expect("UTF-8");
+            table.lines().next_back().expect("a line").to_owned()
+        };
+        let missing = |roots: usize| {
+            let of = 2 * n;
+            format!("{roots} of {of} roots; none between them is missing")
+        };
+        let cut = format!("{}, but {one_more} the last", missing(4));
+        assert_eq!(last_line(&["--lowest", "2"]), cut);
+        assert_eq!(last_line(&["--lowest", "3"]), missing(6));
+        if n == 8 {
+            // √(½ + 4 sin²(πj/8)) is 1.04 and 1.58 for j = 1 and 2.
+            let near = last_line(&["--near", "1.35", "--count", "3"]);
+            assert_eq!(near, format!("{}, but {one_more} the first", missing(6)));
+        }
+    }
+}
+
 #[test]
 fn modes_near_a_frequency() {
     let n = 5000;

@@ -240,12 +240,52 @@ impl<'a> ModeReport<'a> {
         })
     }
 
+    /// Where roots at either end of those shown have others at the same place that are not shown.
+    fn cut_off(&self) -> String {
+        let modes = self.modes.iter();
+        let ends = [("first", modes.clone().next()), ("last", modes.last())];
+        let ends = ends.map(|(end, mode)| (end, mode.map_or((0, ""), |mode| self.more_at(mode))));
+        let same_root = |mode: Option<&Mode>| mode.map(|mode| mode.eigenvalue().value);
+        let one = same_root(self.modes.iter().next()) == same_root(self.modes.iter().last());
+        let ends = ends.into_iter().skip(usize::from(one));
+        let cut = ends.filter(|(_, (more, _))| *more > 0);
+        let cut: Vec<String> = cut
+            .map(|(end, (more, what))| match what {
+                "" if more == 1 => format!("1 more equals the {end}"),
+                "" => format!("{more} more equal the {end}"),
+                _ if more == 1 => format!("1 more is {what} from the {end}"),
+                _ => format!("{more} more are {what} from the {end}"),
+            })
+            .collect();
+        match cut.is_empty() {
+            true => String::new(),
+            false => format!(", but {}", cut.join(" and ")),
+        }
+    }
+
+    /// How many more roots there are at the place of a mode, conjugates left out, and what is said of them unless they are equal.
+    fn more_at(&self, mode: &Mode) -> (usize, &'static str) {
+        let own = mode.eigenvalue();
+        let reach = |root: &Eigenvalue| root.bound.unwrap_or(0.0);
+        let all = self.modes.eigenvalues().iter();
+        let here = all.filter(|root| (root.value - own.value).norm() <= reach(root) + reach(&own));
+        let (known, what) = match (mode.multiplicity(), mode.cluster()) {
+            (Some(count), _) => (count, ""),
+            (None, Some(count)) => (count, "not separated"),
+            (None, None) => (0, ""),
+        };
+        (known.saturating_sub(here.count()), what)
+    }
+
     fn infinite(&self) -> String {
         if let Some(counted) = self.selected {
             let shown = self.modes.eigenvalues().len();
             let of = 2 * self.names.len() - self.modes.infinite();
             return match counted {
-                true => format!("{shown} of {of} roots; none between them is missing\n"),
+                true => {
+                    let more = self.cut_off();
+                    format!("{shown} of {of} roots; none between them is missing{more}\n")
+                }
                 false => {
                     let reason = self.modes.plan().incomplete.map(|why| format!(": {why}"));
                     let reason = reason.unwrap_or_default();

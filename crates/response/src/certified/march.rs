@@ -96,7 +96,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     fn walk(mut self, march: &March<'_, '_>) -> Result<Attempt, ResponseError> {
-        /// Errors that come to 2 to this power of the states are to be known more closely: as they fade.
+        /// Where errors come to 2 to this power of the states, it is to be known how they fade.
         const SEEN: i64 = -72;
         let March { wanted, last, .. } = *march;
         let mut collector = Collector::new(self.driven.problem, wanted)?;
@@ -104,8 +104,14 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let end = problem.grid().time(problem.grid().last());
         let mut judge = Judge::new(march.tolerance, end, self.driven.generator.fastest());
         let mut walk = Walk::of(problem);
-        let instants = wanted.count(problem.grid());
         self.begin(0);
+        let levels = self.levels(wanted.count(problem.grid()));
+        if let Some(levels) = levels {
+            // Errors that no step lengthens do not need the norms of many steps.
+            self.prepare(0);
+            let growth = self.powers[0].carried.log2() * (levels as f64).exp2();
+            self.prepare(if growth < 1.0 { 0 } else { levels });
+        }
         while let Some(target) = collector.next() {
             while let Some(leg) = walk.towards(&target) {
                 match leg {
@@ -119,8 +125,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 }
             }
             let sizes = self.sizes();
-            if sizes[0] * Magnitude::power_of_two(SEEN) < self.drift.total() {
-                self.prepare_all(instants);
+            if let Some(levels) = levels
+                && sizes[0] * Magnitude::power_of_two(SEEN) < self.drift.total()
+            {
+                self.prepare(levels);
             }
             if !self.record(&mut collector, &mut judge, &target, sizes, last)? && !last {
                 let halvings = squarings(&self.driven.generator.w, problem.grid().step());
@@ -279,14 +287,16 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 
     /// All powers up to the end, whose norms show how errors fade, where they cost little beside the march.
     pub(super) fn prepare_all(&mut self, instants: u64) {
-        let steps = self.driven.problem.grid().last() * self.driven.clock.division;
-        if steps == 0 {
-            return;
-        }
-        let levels = steps.ilog2() as usize;
-        if levels * self.zeta.len() <= 16 * instants as usize {
+        if let Some(levels) = self.levels(instants) {
             self.prepare(levels);
         }
+    }
+
+    /// How many times the unit step is doubled until the end, where so many products cost little beside the march.
+    fn levels(&self, instants: u64) -> Option<usize> {
+        let steps = self.driven.problem.grid().last() * self.driven.clock.division;
+        let levels = steps.checked_ilog2()? as usize;
+        (levels * self.zeta.len() <= 16 * instants as usize).then_some(levels)
     }
 
     /// Fills the column of the instant reached, where states and loads have these 2-norms; whether it is good enough.

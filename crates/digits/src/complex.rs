@@ -131,7 +131,7 @@ impl<T: Real> Mul for WideComplex<T> {
     type Output = WideComplex<T>;
 
     fn mul(self, other: WideComplex<T>) -> WideComplex<T> {
-        // A quarter of the work, all of it where nothing is damped.
+        // A quarter of the work. Without damping all are real.
         if self.im.is_zero() && other.im.is_zero() {
             return WideComplex {
                 re: self.re * other.re,

@@ -220,9 +220,11 @@ impl Absorber {
         }
         if share <= STILL {
             let on = &self.on;
-            return Err(format!(
-                "--mode {mode}: it moves {on} by {share:.1e} of its largest motion: take another place"
-            ));
+            let moves = match share {
+                0.0 => format!("it leaves {on} at rest"),
+                _ => format!("it moves {on} by {share:.1e} of its largest motion"),
+            };
+            return Err(format!("--mode {mode}: {moves}: take another place"));
         }
         let off = 4.0 * f64::EPSILON * (1.0 + parts / flexibility);
         Ok([square.sqrt(), flexibility.recip(), off])

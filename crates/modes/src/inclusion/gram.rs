@@ -40,6 +40,11 @@ pub(super) struct Gram {
     pub(super) entries: Vec<DoubleDouble>,
     /// How far each may be off.
     pub(super) errors: Vec<f64>,
+    /// Σ|A_rs||x_ri||x_sj| is no more than the product of these sizes of x_i and x_j, in elements and matrix.
+    pub(super) sizes: Vec<f64>,
+    pub(super) slices: usize,
+    /// How many times as large errors have become since it was found anew.
+    pub(super) growth: f64,
     /// Where XᵀAX of columns nearby is found from this.
     pub(super) kept: Option<Kept>,
 }
@@ -50,11 +55,9 @@ pub(super) struct Kept {
     pub(super) columns: Vec<Vec<DoubleDouble>>,
     pub(super) forces: Vec<Vec<DoubleDouble>>,
     pub(super) of_forces: Option<Rounding>,
-    pub(super) slices: usize,
     pub(super) weights: Rc<Weights>,
-    /// How far the columns have moved, as |A| counts it, since AX was found, and how many times as large errors have become.
+    /// How far the columns have moved, as |A| counts it, since AX was found.
     pub(super) moved: Vec<f64>,
-    pub(super) growth: f64,
 }
 
 impl<'a> Form<'a> {
@@ -161,9 +164,11 @@ impl<'a> Form<'a> {
             .iter_mut()
             .map(|side| std::mem::take(&mut side.forces))
             .collect();
-        let first = left.iter().map(|side| side.first).collect();
+        let first: Vec<f64> = left.iter().map(|side| side.first).collect();
         let right = right.unwrap_or(left);
-        let second = right.iter().map(|side| side.second).collect();
+        let second: Vec<f64> = right.iter().map(|side| side.second).collect();
+        let both = first.iter().zip(&second);
+        let sizes = both.map(|(first, second)| first.max(*second)).collect();
         let outer: Vec<Vec<DoubleDouble>> = right.into_iter().map(|side| side.stretches).collect();
         let each = outer.iter().flatten().map(|x| x.to_f64().abs());
         let largest = each.fold(0.0, f64::max);
@@ -203,16 +208,17 @@ impl<'a> Form<'a> {
         let floor = 1e-300 * (1.0 + largest);
         Gram {
             size,
+            sizes,
+            slices,
+            growth: 1.0,
             entries,
             errors: errors(&roundings, floor, is_symmetric),
             kept: keeps.then(|| Kept {
                 columns: outer,
                 forces: inner,
                 of_forces,
-                slices,
                 weights: weights.into(),
                 moved: vec![0.0; size],
-                growth: 1.0,
             }),
         }
     }
@@ -246,6 +252,23 @@ pub(super) fn errors(roundings: &[Rounding], floor: f64, is_symmetric: bool) -> 
 }
 
 impl Form<'_> {
+    /// √Σ(load·x)² is a size of x as a [`Gram`] has them, for symmetric A.
+    pub(super) fn loads(&self) -> Vec<f64> {
+        let mut loads = vec![0.0; self.n];
+        for element in &self.elements {
+            for i in ends(element).into_iter().flatten() {
+                loads[i] += 2.0 * element.coefficient.abs();
+            }
+        }
+        if let Some(matrix) = self.matrix {
+            for (load, column) in loads.iter_mut().zip(matrix.col_iter()) {
+                *load += column.iter().map(|entry| entry.abs()).sum::<f64>() * UPWARD;
+            }
+        }
+        loads.iter_mut().for_each(|load| *load = load.sqrt());
+        loads
+    }
+
     /// Aᵀx for each of the columns x, and where A is taken in slices how far they may be off, node by column.
     fn nodal_forces(
         &self,
@@ -266,18 +289,21 @@ impl Form<'_> {
         };
         let in_slices = || {
             let matrix: Vec<Vec<DoubleDouble>> = weights.entries.iter().map(whole).collect();
-            sliced::products(&matrix, columns, slices, false)
+            sliced::products(columns, &matrix, slices, false)
         };
-        let (entries, rounding) = match is_full.then(in_slices).flatten() {
-            Some((entries, rounding)) => (entries, Some(rounding)),
-            None => {
-                let rows = Rows::Sparse(&weights.entries);
-                (summed::products(rows, columns, false), None)
-            }
-        };
+        if let Some((entries, rounding)) = is_full.then(in_slices).flatten() {
+            let forces = entries.chunks_exact(self.n).map(<[_]>::to_vec).collect();
+            let rounding = Rounding {
+                unit: rounding.unit,
+                first: rounding.second,
+                second: rounding.first,
+            };
+            return (forces, Some(rounding));
+        }
+        let entries = summed::products(Rows::Sparse(&weights.entries), columns, false);
         let of = |i: usize| entries.iter().skip(i).step_by(columns.len());
         let forces = (0..columns.len()).map(|i| of(i).copied().collect());
-        (forces.collect(), rounding)
+        (forces.collect(), None)
     }
 }
 
@@ -286,7 +312,9 @@ pub(super) struct Weights {
     /// Whether entries are summed over elements, and whether over nodes.
     by_stretch: bool,
     by_force: bool,
-    /// What a unit displacement meets in absolute terms in elements, rows and columns, and in how many elements.
+    /// Roots of the sizes of elements, and of what a unit displacement meets in absolute terms in elements, rows and columns; in
+    /// how many elements it does.
+    elements: Vec<f64>,
     load: Vec<f64>,
     rows: Vec<f64>,
     columns: Vec<f64>,
@@ -302,6 +330,7 @@ impl Weights {
         let mut weights = Weights {
             by_stretch,
             by_force: form.matrix.is_some() || !by_stretch,
+            elements: form.elements.iter().map(|e| e.coefficient.abs()).collect(),
             load: vec![0.0; n],
             rows: vec![0.0; n],
             columns: vec![0.0; n],
@@ -336,6 +365,15 @@ impl Weights {
                 weights.columns[j] += entry.abs();
             }
         }
+        let all = [
+            &mut weights.elements,
+            &mut weights.load,
+            &mut weights.rows,
+            &mut weights.columns,
+        ];
+        for size in all.into_iter().flatten() {
+            *size = size.sqrt();
+        }
         weights
     }
 }
@@ -356,7 +394,7 @@ impl Weights {
     /// Σ|A_rs|x_r² over all entries, no smaller than the truth by more than `UPWARD`.
     pub(super) fn over_rows(&self, x: &[DoubleDouble]) -> f64 {
         let each = self.rows.iter().zip(x);
-        each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
+        each.map(|(root, x)| square(*root, x.to_f64())).sum()
     }
 
     /// How many roundings the sum of the forces on a node is.
@@ -405,18 +443,15 @@ impl Form<'_> {
         let stretches: Vec<DoubleDouble> = elements
             .map(|element| at(element.first) - at(element.second))
             .collect();
-        let energy = self.elements.iter().zip(&stretches);
-        let energy: f64 = energy
-            .map(|(e, stretch)| square(e.coefficient, stretch.to_f64()))
-            .sum();
-        let over = |weights: &[f64]| -> f64 {
-            let each = weights.iter().zip(x);
-            each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
+        let over = |roots: &[f64], values: &[DoubleDouble]| -> f64 {
+            let each = roots.iter().zip(values);
+            each.map(|(root, x)| square(*root, x.to_f64())).sum()
         };
+        let energy = over(&weights.elements, &stretches);
         let (first, second) = if weights.by_stretch {
             (energy, energy)
         } else {
-            (2.0 * energy, over(&weights.load))
+            (2.0 * energy, over(&weights.load, x))
         };
         let forces = nodal.map_or(Vec::new(), |nodal| self.forces(weights, &stretches, nodal));
         let mut right = if weights.by_stretch {
@@ -431,7 +466,7 @@ impl Form<'_> {
             forces,
             stretches: right,
             first: (first + weights.over_rows(x)).sqrt() * UPWARD,
-            second: (second + over(&weights.columns)).sqrt() * UPWARD,
+            second: (second + over(&weights.columns, x)).sqrt() * UPWARD,
         }
     }
 
@@ -465,9 +500,9 @@ impl Form<'_> {
     }
 }
 
-/// k·x², no smaller than the truth by more than `UPWARD` wherever it underflows.
-fn square(k: f64, x: f64) -> f64 {
-    let root = k.abs().sqrt() * x;
+/// k·x² given √k, no smaller than the truth by more than `UPWARD` wherever it underflows.
+pub(super) fn square(root: f64, x: f64) -> f64 {
+    let root = root * x;
     root * root + f64::MIN_POSITIVE
 }
 

@@ -13,10 +13,11 @@
 //! and all but the first λ is known in balls. Near a left shape w the row wᵀQ(z) is nearly 0, so that
 //! what is not known of x multiplies what is not known of λ: the digits double.
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex};
 use num_complex::Complex;
 
 use super::exactly::{Terms, exact, radius, real, terms, upper};
+use super::gram::UPWARD;
 use super::pencil::{Pencil, PencilIn};
 
 /// Up to so many coordinates, twice the digits are quick enough to decide whether a component that 32
@@ -27,6 +28,9 @@ const FEW: usize = 12;
 fn hidden(coordinates: usize) -> f64 {
     if coordinates <= FEW { 1e-28 } else { 1e-22 }
 }
+
+/// How far the largest component may be off, relative.
+const RESOLVED: f64 = 1e-6;
 
 /// A disc in units that any precision can read.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +77,8 @@ impl Enclosed {
     /// From balls about the components of any multiple; with `is_real`, of a real one. `None` where they do not give the
     /// largest one to six digits.
     pub(crate) fn of<T: Real>(components: &[Ball<T>], is_real: bool) -> Option<Enclosed> {
-        const RESOLVED: f64 = 1e-6;
-        let pivot = largest(components)?;
+        let middles: Vec<_> = components.iter().map(|x| x.middle()).collect();
+        let pivot = largest(&middles)?;
         let divisor = components[pivot];
         if divisor.contains_zero() || divisor.radius() > divisor.upper() * Magnitude::from(RESOLVED)
         {
@@ -99,6 +103,41 @@ impl Enclosed {
             enclosed.bounds.push(bound);
         }
         Some(enclosed)
+    }
+
+    /// From a real shape in double-double and how far each component may be off, which is more than what underflow takes.
+    pub(crate) fn real(shape: &[DoubleDouble], errors: &[f64]) -> Option<Enclosed> {
+        let middle = |re: &DoubleDouble| WideComplex {
+            re: *re,
+            im: DoubleDouble::ZERO,
+        };
+        let middles: Vec<_> = shape.iter().map(middle).collect();
+        let pivot = largest(&middles)?;
+        let (divisor, doubt) = (shape[pivot], errors[pivot]);
+        let size = divisor.to_f64().abs();
+        if !(size > 0.0 && doubt <= RESOLVED * size) {
+            return None;
+        }
+        let end = hidden(shape.len());
+        let component = |(i, (x, error)): (usize, (&DoubleDouble, &f64))| {
+            if i == pivot {
+                return (Complex::ONE, 0.0);
+            }
+            let quotient = *x / divisor;
+            let value = quotient.to_f64();
+            // Of the components, and of the quotient and all that is summed here.
+            let off = (error + value.abs() * doubt) / (size - doubt) * UPWARD;
+            let radius = off + 2f64.powi(-96) * value.abs();
+            let is_hidden = value.abs() <= radius && (value.abs() + radius) * UPWARD <= end;
+            let value = if is_hidden { 0.0 } else { value };
+            let rounding = (quotient - DoubleDouble::from(value)).to_f64().abs();
+            (Complex::from(value), (rounding + radius) * UPWARD)
+        };
+        let (shape, bounds): (Vec<_>, Vec<_>) =
+            shape.iter().zip(errors).enumerate().map(component).unzip();
+        let is_finite = |(x, bound): (&Complex<f64>, &f64)| x.is_finite() && bound.is_finite();
+        let are_finite = shape.iter().zip(&bounds).all(is_finite);
+        are_finite.then_some(Enclosed { shape, bounds })
     }
 
     /// The shape that is known exactly.
@@ -143,16 +182,13 @@ impl Enclosed {
 
 /// Which component is the largest: the first of those whose sizes are equal as doubles, so that it is the first
 /// in what is shown.
-fn largest<T: Real>(components: &[Ball<T>]) -> Option<usize> {
+fn largest<T: Real>(components: &[WideComplex<T>]) -> Option<usize> {
     /// Of squares: half of the distance from 1 to the double below it, twice.
     const TIE: f64 = f64::EPSILON / 2.0;
     /// Sizes in doubles err by far less.
     const NEAR: f64 = 1.0 - 1e-12;
-    let square = |x: &Ball<T>| {
-        let middle = x.middle();
-        middle.re * middle.re + middle.im * middle.im
-    };
-    let sizes: Vec<f64> = components.iter().map(|x| x.middle().norm()).collect();
+    let square = |x: &WideComplex<T>| x.re * x.re + x.im * x.im;
+    let sizes: Vec<f64> = components.iter().map(|x| x.norm()).collect();
     let most = sizes.iter().fold(0.0, |most: f64, size| most.max(*size));
     let is_large = |at: &usize| sizes[*at] >= NEAR * most || !most.is_normal();
     let large = || (0..components.len()).filter(is_large);

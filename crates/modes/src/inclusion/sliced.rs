@@ -128,7 +128,7 @@ pub(super) fn unit(slices: usize, length: usize) -> f64 {
 }
 
 /// β for columns of a length.
-fn bits(length: usize) -> i32 {
+pub(super) fn bits(length: usize) -> i32 {
     (53 - (usize::BITS - length.leading_zeros()) as i32) / 2
 }
 

@@ -1,10 +1,7 @@
 //! Shapes with bounds, refined as long as these gain by it.
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude};
-
 use super::forms::{Basis, Forms};
 use super::mixing;
-use crate::inclusion::exactly::exact;
 use crate::inclusion::shape::Enclosed;
 
 impl Basis<'_> {
@@ -45,16 +42,8 @@ impl Basis<'_> {
             return vec![None; self.elastic];
         }
         let errors = mixing::errors(forms, &self.columns);
-        let shape = |(column, errors): (&Vec<DoubleDouble>, Option<Vec<f64>>)| {
-            let errors = errors?;
-            let each = column.iter().zip(&errors);
-            let ball = |(x, error): (&DoubleDouble, &f64)| {
-                let middle = exact(*x, DoubleDouble::ZERO).middle();
-                Ball::new(middle, Magnitude::from(*error))
-            };
-            let balls: Vec<Ball<DoubleDouble>> = each.map(ball).collect();
-            Enclosed::of(&balls, true)
-        };
-        self.columns.iter().zip(errors).map(shape).collect()
+        let each = self.columns.iter().zip(errors);
+        each.map(|(column, errors)| Enclosed::real(column, &errors?))
+            .collect()
     }
 }

@@ -63,13 +63,16 @@ pub(in crate::inclusion) struct Forms {
 }
 
 impl Basis<'_> {
-    /// From those of columns nearby where there are any; `None` where a shape has no frequency or a number leaves its range.
-    pub(super) fn forms(&self, before: Option<&Forms>) -> Option<Forms> {
+    /// `None` where a shape has no frequency or a number leaves its range.
+    pub(super) fn forms(&self) -> Option<Forms> {
         let elastic = &self.columns[..self.elastic];
-        let of_stiffness = before.map(|before| &before.stiffness);
-        let stiffness = self.stiffness.gram_near(of_stiffness, self.slices, elastic);
-        let of_mass = before.map(|before| &before.mass);
-        let mass = self.mass.gram_near(of_mass, self.slices, &self.columns);
+        let stiffness = self.stiffness.gram_in(self.slices, elastic);
+        let mass = self.mass.gram_in(self.slices, &self.columns);
+        self.forms_of(stiffness, mass)
+    }
+
+    /// The same, given S and G.
+    pub(super) fn forms_of(&self, stiffness: Gram, mass: Gram) -> Option<Forms> {
         let nonzero = self.elastic - self.null;
         let in_range = |value: DoubleDouble| {
             let size = value.to_f64().abs();

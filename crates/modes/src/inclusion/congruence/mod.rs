@@ -5,6 +5,7 @@
 //! are still mixed ([`mixing`]), once the shapes are refined ([`refine`]).
 
 mod closer;
+mod corrected;
 mod elastic;
 mod enclose;
 mod forms;

@@ -37,6 +37,11 @@ impl Forms {
         self.spread <= goal.spread || (self.spread <= goal.where_apart && self.are_apart())
     }
 
+    /// Whether errors are larger than of forms that are found anew.
+    fn have_grown(&self) -> bool {
+        self.stiffness.growth.max(self.mass.growth) > 1.0
+    }
+
     /// Whether all squares are known to some digits, but for some that are distinguished from all others by being so small.
     fn are_distinguished(&self) -> bool {
         const LARGEST: f64 = 1e-3;
@@ -130,7 +135,7 @@ impl Basis<'_> {
         } else {
             most
         };
-        let mut forms = self.forms(None);
+        let mut forms = self.forms();
         for _ in 0..STEPS {
             let Some(known) = forms.as_ref().filter(|known| !known.meet(goal)) else {
                 break;
@@ -143,11 +148,14 @@ impl Basis<'_> {
             let is_slow = next.as_ref().is_none_or(|(_, slow)| *slow);
             forms = next.map(|(next, _)| next).or(forms);
             if is_slow {
+                // What is left is what errors of the forms amount to.
+                self.slices = most;
+                if before < most || forms.as_ref().is_some_and(Forms::have_grown) {
+                    forms = self.forms();
+                }
                 if before == most {
                     break;
                 }
-                self.slices = most;
-                forms = self.forms(None);
             }
         }
         forms.filter(Forms::are_distinguished)
@@ -158,19 +166,11 @@ impl Basis<'_> {
     pub(super) fn advanced(&mut self, forms: &Forms) -> Option<(Forms, bool)> {
         let before = self.columns.clone();
         let step = self.step(forms);
-        let done = match &step {
-            Step::Correct(change) => {
-                self.correct(change);
-                Some(())
-            }
-            Step::Rotate(groups) => groups
-                .iter()
-                .try_for_each(|group| self.rotate(forms, group)),
-        };
         let corrected = matches!(step, Step::Correct(_));
-        self.inert
-            .follow(&self.stiffness, &mut self.columns[..self.elastic]);
-        let next = done.and_then(|()| self.forms(Some(forms)));
+        let next = match step {
+            Step::Correct(change) => self.corrected(forms, &change),
+            Step::Rotate(groups) => self.rotated(forms, &groups),
+        };
         let better = next.and_then(|next| {
             let closer = next.is_closer(forms);
             let gains = !corrected || next.spread < forms.spread || closer;
@@ -192,7 +192,7 @@ impl Basis<'_> {
             ..
         } = forms;
         let (all, elastic) = (self.columns.len(), self.elastic);
-        let mut change = Mat::<f64>::zeros(all, elastic);
+        let mut change = Mat::<f64>::zeros(all, all);
         let mut group: Vec<usize> = (0..elastic).collect();
         let own = |i: usize| mass.at(i, i).to_f64();
         for j in 0..elastic {
@@ -233,16 +233,14 @@ impl Basis<'_> {
         }
     }
 
-    /// The product is small against X, and rounds in the same proportion.
-    fn correct(&mut self, change: &Mat<f64>) {
-        let n = self.columns[0].len();
-        let shapes = Mat::from_fn(n, self.columns.len(), |i, j| self.columns[j][i].to_f64());
-        let product = shapes * change;
-        for (j, column) in self.columns[..self.elastic].iter_mut().enumerate() {
-            for (i, entry) in column.iter_mut().enumerate() {
-                *entry = *entry + product[(i, j)];
-            }
+    /// The forms of Ritz vectors in place of these sets of columns.
+    fn rotated(&mut self, forms: &Forms, groups: &[Vec<usize>]) -> Option<Forms> {
+        for group in groups {
+            self.rotate(forms, group)?;
         }
+        self.inert
+            .follow(&self.stiffness, &mut self.columns[..self.elastic]);
+        self.forms()
     }
 
     /// The Ritz vectors of a set of columns, by the part of S that differs from a multiple of G.

@@ -190,7 +190,7 @@ fn quadratic(matrix: &Mat<f64>, shapes: &Mat<f64>) -> Vec<f64> {
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.
-fn basis<'a>(system: &'a System, shapes: Vec<Vec<f64>>) -> Option<Basis<'a>> {
+pub(super) fn basis<'a>(system: &'a System, shapes: Vec<Vec<f64>>) -> Option<Basis<'a>> {
     let structure = system.structure();
     let rigid = structure.spring_floating();
     let n = system.len();

@@ -117,6 +117,9 @@ pub(super) struct Place<'a> {
     pub(super) state: &'a [f64],
 }
 
+/// Accelerations that cancel to this part of their terms are rounding.
+const CANCELS: f64 = 256.0 * f64::EPSILON;
+
 /// What counts as 0 beside the largest so far.
 pub(super) const NOTHING: f64 = 1e-11;
 
@@ -306,9 +309,23 @@ impl<'a> Law<'a> {
             rows.push(row);
         }
         let answer = solved(rows)?;
+        // Each force is known to a part of the largest one.
+        let largest = answer
+            .iter()
+            .fold(0.0f64, |size, force| size.max(force.abs()));
+        let mut terms: Vec<f64> = accelerations.iter().map(|value| value.abs()).collect();
         for ((k, _), force) in held.iter().zip(answer) {
+            let mobility = &self.placed[*k].stretch.mobility;
             acting[*k] = force;
-            add(&mut accelerations, force, &self.placed[*k].stretch.mobility);
+            add(&mut accelerations, force, mobility);
+            let each = terms.iter_mut().zip(mobility);
+            each.for_each(|(size, gain)| *size += (largest * gain).abs());
+        }
+        // What is held is not moved by rounding.
+        for (value, size) in accelerations.iter_mut().zip(terms) {
+            if value.abs() <= CANCELS * size {
+                *value = 0.0;
+            }
         }
         Some(Moment {
             accelerations,

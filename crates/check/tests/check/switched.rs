@@ -337,6 +337,28 @@ fn the_friction_that_is_first_at_its_limit_gives_way() {
     }
 }
 
+/// What frictions hold stays where it is: rounding does not move it, be there springs or none.
+#[test]
+fn what_is_held_does_not_move_at_all() {
+    let springs: [&[f64]; 2] = [&[], &[0.0, 0.702]];
+    for springs in springs {
+        let system = in_a_row(&[("a", 0.533), ("b", 1.58), ("c", 1.29)], springs, &[]);
+        let ask = Response::of(&system).load("b", Step::of(0.702));
+        let problem = ask.every(0.1).until(1.0).problem();
+        let problem = problem.expect("a problem");
+        let switches = [
+            friction([GROUND, "a"], 0.528, 0.792),
+            friction(["a", "b"], 0.918, 1.84),
+            friction(["b", "c"], 1.27, 1.91),
+        ];
+        for switches in orders(&switches) {
+            let motion = stepped(&problem, &switches).expect("a motion");
+            assert_eq!(motion.displacement().norm_max(), 0.0);
+            assert_eq!(motion.velocity().norm_max(), 0.0);
+        }
+    }
+}
+
 /// Two frictions hold a block by 1.4 N, and one holds the upper block on it by 4.3 N, or 1 N if it slides. A pull on the upper block
 /// that rises by 1 N/s reaches 1.4 N first: both go, by ∫∫(s + 0.1)/2, s being the seconds since.
 #[test]

@@ -40,8 +40,9 @@ pub(super) struct Gram {
     pub(super) entries: Vec<DoubleDouble>,
     /// How far each may be off.
     pub(super) errors: Vec<f64>,
-    /// Σ|A_rs||x_ri||x_sj| is no more than the product of these sizes of x_i and x_j, in elements and matrix.
+    /// Of XᵀAX: Σ|A_rs||x_ri||x_sj|, over elements and matrix, is no more than the product of these sizes of x_i and x_j.
     pub(super) sizes: Vec<f64>,
+    /// In so many slices it was found, where it was.
     pub(super) slices: usize,
     /// How many times as large errors have become since it was found anew.
     pub(super) growth: f64,

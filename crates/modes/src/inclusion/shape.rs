@@ -131,7 +131,8 @@ impl Enclosed {
             let is_hidden = value.abs() <= radius && (value.abs() + radius) * UPWARD <= end;
             let value = if is_hidden { 0.0 } else { value };
             let rounding = (quotient - DoubleDouble::from(value)).to_f64().abs();
-            (Complex::from(value), (rounding + radius) * UPWARD)
+            // Never −0.
+            (Complex::from(value + 0.0), (rounding + radius) * UPWARD)
         };
         let (shape, bounds): (Vec<_>, Vec<_>) =
             shape.iter().zip(errors).enumerate().map(component).unzip();

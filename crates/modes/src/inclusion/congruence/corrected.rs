@@ -158,7 +158,7 @@ impl Form<'_> {
         }
         growth *= before.growth;
         let is_known = growth <= LITTLE && errors.iter().all(|error| error.is_finite());
-        is_known.then(|| Gram {
+        is_known.then_some(Gram {
             size,
             entries,
             errors,

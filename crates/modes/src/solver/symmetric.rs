@@ -113,6 +113,11 @@ pub(crate) fn real_modes(
         Err(error) => return with_digits(solver, system, rigid, entries).unwrap_or(Err(error)),
     };
     let nf = squares.len();
+    // Shapes that no spring resists may outnumber those with mass, where dampers hold nodes without.
+    if rigid > nf {
+        let method = solver.name();
+        return Err(ModesError::NoConvergence { method });
+    }
     let mut order: Vec<usize> = (0..nf).collect();
     let square = |j: &usize| squares[*j];
     sort_by_number(&mut order, |j| square(j).abs());

@@ -607,6 +607,48 @@ fn long_beams_and_rods_are_damped_in_proportion() {
     }
 }
 
+/// Two of three coordinates are without mass, and one spring holds none of two shapes: λ = 0 twice, and
+/// m c₁c₂e²λ² + m k(c₂a² + c₁f²)λ + k c₁c₂f² = 0, the stretches being aw − bu of the spring and ew − u of a damper, f = a − be.
+#[test]
+fn shapes_without_mass_may_outnumber_masses() {
+    let [m, k, c1, c2] = [
+        430.193_137_639_703_76,
+        7.0,
+        3.773_203_346_728_739e-5,
+        1_428.344_711_794_708_5,
+    ];
+    let [a, u] = [3.230_011_646_352_633_4, 3.0 - 1.887_470_197_133_506];
+    let builder = System::builder()
+        .mass("u", 0.0)
+        .mass("w", 0.0)
+        .mass("y", m)
+        .point("p0", [("u", u)], 0.0)
+        .point("p1", [("u", -1.0), ("w", a)], 0.0)
+        .spring("p0", "p1", k)
+        .damper("w", "p1", c1)
+        .damper("u", "y", c2);
+    let system = builder.build().expect("a system");
+    let (b, e) = (1.0 + u, a - 1.0);
+    let f = a - b * e;
+    let fast = -k * (c2 * a * a + c1 * f * f) / (c1 * c2 * e * e);
+    let slow = k * f * f / (m * e * e) / fast;
+    for precision in [Precision::default(), Precision::Double] {
+        let modes = system.modes_to(precision).expect("it has modes");
+        for wanted in [fast, slow] {
+            let off = |mode: &&Mode| (mode.eigenvalue().value - wanted).norm();
+            let nearest = modes.iter().min_by(|x, y| off(x).total_cmp(&off(y)));
+            let nearest = nearest.expect("modes");
+            let rounding = 1e-13 * wanted.abs();
+            let bound = nearest.eigenvalue().bound;
+            let off = off(&nearest);
+            assert!(
+                bound.is_none_or(|bound| off <= bound + rounding),
+                "{nearest:?} {wanted}"
+            );
+        }
+    }
+}
+
 /// One mass, one spring, and three nodes without mass that only dampers tie: K lets three shapes move without any force, more than
 /// there are masses. Eliminated by hand, spring and dampers are one damper d = 4/9·c₂c₃/(c₂ + c₃) behind k: λ² + (k/d)λ + k = 0
 /// beside the three roots 0.

@@ -23,6 +23,9 @@ const FULL: usize = 64;
 /// As many as leave no more than what double-doubles round.
 pub(super) const SLICES: usize = 3;
 
+/// How many times as large errors of forms that are found from others may become.
+pub(super) const LITTLE: f64 = 1.25;
+
 /// A form Σ_e k_e (y_a − y_b)(x_a − x_b) + yᵀAx of elements e = (a, b) and a matrix A.
 pub(super) struct Form<'a> {
     pub(super) n: usize,
@@ -223,6 +226,15 @@ impl<'a> Form<'a> {
             }),
         }
     }
+}
+
+/// A bound of the errors of XᵀY + YᵀX, given that of XᵀY.
+pub(super) fn both_ways(unit: f64, first: &[f64], second: &[f64]) -> [Rounding; 2] {
+    [(first, second), (second, first)].map(|(first, second)| Rounding {
+        unit,
+        first: first.to_vec(),
+        second: second.to_vec(),
+    })
 }
 
 /// Bounds of the errors of all entries by rows, the sums of `floor` and all roundings; where symmetric those of entry (j, i) are
@@ -508,6 +520,29 @@ pub(super) fn square(root: f64, x: f64) -> f64 {
 }
 
 impl Gram {
+    /// That of columns nearby, which was found from this; `None` where errors have become larger than [`LITTLE`] allows.
+    pub(super) fn near(
+        &self,
+        entries: Vec<DoubleDouble>,
+        errors: Vec<f64>,
+        sizes: Vec<f64>,
+        kept: impl FnOnce() -> Option<Kept>,
+    ) -> Option<Gram> {
+        let ratios = errors.iter().zip(&self.errors);
+        let ratios = ratios.map(|(error, before)| error / before);
+        let growth = self.growth * ratios.fold(1.0, f64::max);
+        let is_known = growth <= LITTLE && errors.iter().all(|error| error.is_finite());
+        is_known.then(|| Gram {
+            size: self.size,
+            entries,
+            errors,
+            sizes,
+            slices: self.slices,
+            growth,
+            kept: kept(),
+        })
+    }
+
     pub(super) fn at(&self, i: usize, j: usize) -> DoubleDouble {
         self.entries[i * self.size + j]
     }

@@ -6,7 +6,7 @@
 use eigentone_digits::{DoubleDouble, product};
 use faer::Mat;
 
-use super::gram::{self, Form, Gram, Kept, UPWARD};
+use super::gram::{self, Form, Gram, Kept, LITTLE, UPWARD};
 use super::sliced::{self, Rounding};
 
 impl Form<'_> {
@@ -23,8 +23,6 @@ impl Form<'_> {
     }
 
     fn moved(&self, before: &Gram, slices: usize, columns: &[Vec<DoubleDouble>]) -> Option<Gram> {
-        /// How many times as large errors may become.
-        const LITTLE: f64 = 1.25;
         let kept = before.kept.as_ref().filter(|_| before.slices >= slices)?;
         let size = columns.len();
         let pairs = columns.iter().zip(&kept.columns);
@@ -72,13 +70,9 @@ impl Form<'_> {
             (pull_unit, &moved, &of_change),
         ];
         bounds.extend(felt.iter().map(|(unit, first, felt)| (*unit, *first, felt)));
-        let both_ways = bounds.into_iter().flat_map(|(unit, first, second)| {
-            [(first, second), (second, first)].map(|(first, second)| Rounding {
-                unit,
-                first: first.clone(),
-                second: second.clone(),
-            })
-        });
+        let both_ways = bounds.into_iter();
+        let both_ways =
+            both_ways.flat_map(|(unit, first, second)| gram::both_ways(unit, first, second));
         let both_ways: Vec<Rounding> = both_ways.collect();
         let mut errors = gram::errors(&both_ways, 0.0, true);
         let mut entries = vec![DoubleDouble::ZERO; size * size];
@@ -95,26 +89,16 @@ impl Form<'_> {
                 }
             }
         }
-        let each = errors.iter().zip(&before.errors);
-        let ratios = each.map(|(error, before)| error / before);
-        let growth = before.growth * ratios.fold(1.0, f64::max);
         let both = before.sizes.iter().zip(&of_change);
         let sizes = both.map(|(size, change)| size + change).collect();
-        let is_known = growth <= LITTLE && errors.iter().all(|error| error.is_finite());
-        is_known.then(|| Gram {
-            size,
-            entries,
-            errors,
-            sizes,
-            slices: before.slices,
-            growth,
-            kept: Some(Kept {
+        before.near(entries, errors, sizes, || {
+            Some(Kept {
                 columns: columns.to_vec(),
                 forces: pulled(1.0),
                 of_forces: kept.of_forces.clone(),
                 weights: weights.clone(),
                 moved,
-            }),
+            })
         })
     }
 }

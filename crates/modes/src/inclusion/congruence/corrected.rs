@@ -89,8 +89,9 @@ impl Basis<'_> {
         let alone = (self.inert.count() > 0).then(|| self.columns[..elastic].to_vec());
         self.inert
             .follow(&self.stiffness, &mut self.columns[..elastic]);
-        // X₂ is at most 2^{-β-1} of the powers, and E₃ far less; what they are added to rounds less.
-        let unit = 2f64.powi(-bits) * UNIT * (all as f64 + 8.0);
+        // X₂ is at most 2^{-β-1} of the powers, E₂ 2^{-β} of the largest entry, and E₃ far less: half of this is what their products
+        // round, the other what the sum does.
+        let unit = 2f64.powi(1 - bits) * UNIT * (all as f64 + 8.0);
         let bound = |j: usize| -> Vec<f64> {
             let each = self.columns[j].iter().zip(&rows).enumerate();
             let one = |(i, (x, row)): (usize, (&DoubleDouble, &f64))| {
@@ -113,8 +114,6 @@ impl Form<'_> {
         change: MatRef<'_, f64>,
         off: &[Vec<f64>],
     ) -> Option<Gram> {
-        /// How many times as large errors may become.
-        const LITTLE: f64 = 1.25;
         if before.slices < slices {
             return None;
         }
@@ -133,7 +132,6 @@ impl Form<'_> {
         let (bounds, sizes) = self.bounds(before, &rest, &half, change, off);
         let mut errors = gram::errors(&bounds, 0.0, true);
         let mut entries = vec![DoubleDouble::ZERO; size * size];
-        let mut growth = 1.0f64;
         let [mirrored_change, mirrored_second] =
             [change, second.as_ref()].map(|matrix| matrix.transpose().to_owned());
         for i in 0..size {
@@ -150,23 +148,12 @@ impl Form<'_> {
                 let entry = terms[0] + terms[1] + terms[2] + terms[3];
                 let sum: f64 = terms.iter().map(|term| term.to_f64().abs()).sum();
                 let error = (before.errors[at] + errors[at] + 2f64.powi(-101) * sum) * UPWARD;
-                growth = growth.max(error / before.errors[at]);
                 for at in [at, j * size + i] {
                     (entries[at], errors[at]) = (entry, error);
                 }
             }
         }
-        growth *= before.growth;
-        let is_known = growth <= LITTLE && errors.iter().all(|error| error.is_finite());
-        is_known.then_some(Gram {
-            size,
-            entries,
-            errors,
-            sizes,
-            slices: before.slices,
-            growth,
-            kept: None,
-        })
+        before.near(entries, errors, sizes, || None)
     }
 
     /// How far X′ᵀAX′ may be off beside the errors of S and what double-doubles round, and the sizes of X′.
@@ -177,7 +164,7 @@ impl Form<'_> {
         half: &Mat<f64>,
         change: MatRef<'_, f64>,
         off: &[Vec<f64>],
-    ) -> ([Rounding; 4], Vec<f64>) {
+    ) -> (Vec<Rounding>, Vec<f64>) {
         let size = before.size;
         // No |xᵀy| exceeds the largest entry of x times the sum of y.
         let largest = |values: &[f64]| values.iter().fold(0.0f64, |most, x| most.max(x.abs()));
@@ -207,17 +194,9 @@ impl Form<'_> {
             (before.sizes[j] + added + kept[j]) * UPWARD
         });
         let sizes: Vec<f64> = sizes.collect();
-        let rounding = |first: &Vec<f64>, second: &Vec<f64>| Rounding {
-            unit: 1.0,
-            first: first.clone(),
-            second: second.clone(),
-        };
-        let bounds = [
-            rounding(&coupled, &of_change),
-            rounding(&of_change, &coupled),
-            rounding(&kept, &sizes),
-            rounding(&sizes, &kept),
-        ];
+        let of_forms = gram::both_ways(1.0, &coupled, &of_change);
+        let of_columns = gram::both_ways(1.0, &kept, &sizes);
+        let bounds = of_forms.into_iter().chain(of_columns).collect();
         (bounds, sizes)
     }
 }

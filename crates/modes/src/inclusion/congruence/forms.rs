@@ -63,7 +63,7 @@ pub(in crate::inclusion) struct Forms {
 }
 
 impl Basis<'_> {
-    /// `None` where a shape has no frequency or a number leaves its range.
+    /// S, G and d; `None` where a shape has no frequency or a number leaves its range.
     pub(super) fn forms(&self) -> Option<Forms> {
         let elastic = &self.columns[..self.elastic];
         let stiffness = self.stiffness.gram_in(self.slices, elastic);

@@ -38,6 +38,7 @@ mod radii;
 mod rational;
 mod real;
 mod reflections;
+mod slices;
 mod sorting;
 mod symmetric_eigen;
 mod tridiagonal;

@@ -62,6 +62,87 @@ impl<const L: usize> Wide<L> {
         (self.negative, self.exponent, self.limbs)
     }
 
+    /// e with |x| < 2^e, the least there is for 0; `None` of the undefined number.
+    pub(crate) fn top(&self) -> Option<i64> {
+        (!self.is_undefined()).then_some(self.exponent)
+    }
+
+    /// Cuts |x|·2^-top < 1 into so many whole numbers below 2^width, the first of weight 2^-width, and what is left below the last of
+    /// them; gives each with the sign of x that is not 0.
+    pub(crate) fn slices(
+        &self,
+        top: i64,
+        width: u32,
+        count: usize,
+        mut give: impl FnMut(usize, f64),
+    ) {
+        if self.is_special() {
+            return;
+        }
+        let limb = |at: i64| match usize::try_from(at) {
+            Ok(at) if at < L => self.limbs[L - 1 - at],
+            _ => 0,
+        };
+        let sign = if self.negative { -1.0 } else { 1.0 };
+        let before = top.saturating_sub(self.exponent);
+        let first = usize::try_from(before / i64::from(width)).unwrap_or(usize::MAX);
+        for at in first..count {
+            let from = at as i64 * i64::from(width) - before;
+            let (place, bits) = (from.div_euclid(64), from.rem_euclid(64));
+            let window = limb(place) << bits | limb(place + 1) >> 1 >> (63 - bits);
+            let value = window >> (64 - width);
+            if value != 0 {
+                give(at, sign * value as f64);
+            }
+        }
+    }
+
+    /// Σ digitᵢ·2^(-width·(n + 1 − i)) over i = 0 … n − 1, cut off within a unit; the digits are of any sign, below 2^62 each, and are lost.
+    pub(crate) fn from_slices(digits: &mut [i64], width: u32) -> Wide<L> {
+        let mask = (1i64 << width) - 1;
+        let carried = |digits: &mut [i64], sign: i64| {
+            let mut carry = 0;
+            for digit in digits.iter_mut() {
+                let sum = carry + sign * *digit;
+                (*digit, carry) = (sum & mask, sum >> width);
+            }
+            carry
+        };
+        let mut top = carried(digits, 1);
+        let negative = top < 0;
+        if negative {
+            top = carried(digits, -1) - top;
+        }
+        // From the first bit that is set on, into limbs from the highest on.
+        let (mut limbs, mut filled, mut exponent) = ([0u64; L], 0, 0);
+        let parts = std::iter::once(top).chain(digits.iter().rev().copied());
+        for (place, part) in (1..).zip(parts) {
+            let part = part as u64;
+            let bits = match (filled, part) {
+                (0, 0) => continue,
+                (0, _) => 64 - part.leading_zeros(),
+                _ => width,
+            };
+            if filled == 0 {
+                exponent = i64::from(bits) - place * i64::from(width);
+            }
+            let (at, used) = (filled / 64, filled % 64);
+            if at >= L {
+                break;
+            }
+            let part = part << (64 - bits);
+            limbs[L - 1 - at] |= part >> used;
+            if used > 0 && at + 1 < L {
+                limbs[L - 2 - at] |= part << (64 - used);
+            }
+            filled += bits as usize;
+        }
+        match filled {
+            0 => Wide::ZERO,
+            _ => Wide::new(negative, exponent, limbs),
+        }
+    }
+
     /// The same with M limbs: exact for M ≥ L, else cut off, within one unit of the result.
     pub fn resize<const M: usize>(self) -> Wide<M> {
         let mut limbs = [0; M];
@@ -422,6 +503,10 @@ impl<const L: usize> Real for Wide<L> {
 
     fn sqrt(self) -> Wide<L> {
         Wide::sqrt(self)
+    }
+
+    fn matrix_product(shape: [usize; 3], a: &[Wide<L>], b: &[Wide<L>]) -> Option<Vec<Wide<L>>> {
+        crate::slices::product(shape, a, b)
     }
 
     fn floor() -> Magnitude {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real};
@@ -283,8 +284,8 @@ struct Outputs {
     columns: Vec<Columns<DoubleDouble>>,
     /// How many entries of a row belong to states.
     states: usize,
-    /// Where the straight loads begin.
-    straight: usize,
+    /// Those of [`Generator::levels`].
+    levels: Vec<Range<usize>>,
     /// How far each quantity may be off beside the 2-norms of states and of loads: by the error of its row, which is all there
     /// is where the exact entries cancel.
     off: Vec<[f64; 2]>,
@@ -354,7 +355,7 @@ impl Outputs {
             more,
             columns,
             states,
-            straight: generator.straight,
+            levels: generator.levels.clone(),
         }
     }
 
@@ -504,9 +505,8 @@ impl Way {
 
     /// The whole way, its half, ….
     fn begin(&mut self, squares: &[Normed<DoubleDouble>]) {
-        let straight = self.outputs.straight;
         let whole = squares.first().cloned();
-        self.whole = whole.map(|power| Step::of(power, straight));
+        self.whole = whole.map(|power| Step::of(power, &self.outputs.levels));
         squares.iter().for_each(|power| self.know(power));
     }
 

@@ -1,5 +1,7 @@
 //! State and loads together as one system ζ′ = W ζ without input, in energy coordinates.
 
+use std::ops::Range;
+
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::EnclosedFirstOrder;
 
@@ -18,6 +20,9 @@ pub(crate) struct Generator<T> {
     pulses: usize,
     /// The first entry of the straight loads, beyond the sines and cosines.
     pub(crate) straight: usize,
+    /// The entries before those by levels, each moved by itself and by later ones alone: the state of the system, the first
+    /// and the second integrals of signals, sines and cosines.
+    pub(crate) levels: Vec<Range<usize>>,
     /// What forces displace at once, by coordinates: impulses would without limit.
     yields: BallMatrix<T>,
     channels: Vec<Channel>,
@@ -190,28 +195,42 @@ impl<T: Real> Generator<T> {
                 motion.set(straight + at, slope, G::ONE, Magnitude::ZERO);
             }
         }
-        let mut integral = own;
-        let mut firsts = Vec::with_capacity(count);
-        for (at, channel) in problem.channels().iter().enumerate() {
-            firsts.push(integral);
-            for k in 1..channel.integrals {
-                let row = integral + k - 1;
-                motion.set(row, row + 1, G::ONE, Magnitude::ZERO);
+        // The first integrals of all signals, then those that these are integrals of.
+        let mut levels: Vec<Range<usize>> = std::iter::once(0..own).collect();
+        let mut chains = vec![Vec::new(); count];
+        for order in 0.. {
+            let start = levels.last().map_or(own, |level| level.end);
+            let mut place = start;
+            for (chain, channel) in chains.iter_mut().zip(problem.channels()) {
+                if order < channel.integrals {
+                    chain.push(place);
+                    place += 1;
+                }
             }
-            integral += channel.integrals;
-            if channel.integrals > 0 {
-                motion.put(integral - 1, 0, &signals.block(n + at, 0, 1, size));
+            if place == start {
+                break;
+            }
+            levels.push(start..place);
+        }
+        levels.push(states..straight);
+        levels.retain(|level| !level.is_empty());
+        for (at, chain) in chains.iter().enumerate() {
+            for pair in chain.windows(2) {
+                motion.set(pair[0], pair[1], G::ONE, Magnitude::ZERO);
+            }
+            if let Some(last) = chain.last() {
+                motion.put(*last, 0, &signals.block(n + at, 0, 1, size));
             }
         }
         // The system in its own coordinates: z′ = A z + B f, x = X z + D f, f = F (loads).
         let mut forces = BallMatrix::<G>::zeros(n, size);
         forces.put(0, 0, &signals.block(0, 0, n, size));
         let mut supports = BallMatrix::<G>::zeros(system.supports().len(), size);
-        for ((at, channel), first) in problem.channels().iter().enumerate().zip(firsts) {
+        for ((at, channel), chain) in problem.channels().iter().enumerate().zip(chains) {
             let mut course = signals.block(n + at, 0, 1, size);
-            if channel.integrals > 0 {
+            if let Some(first) = chain.first() {
                 course = BallMatrix::zeros(1, size);
-                course.set(0, first, G::ONE, Magnitude::ZERO);
+                course.set(0, *first, G::ONE, Magnitude::ZERO);
             }
             if let Some(support) = channel.support {
                 add_multiple(&mut supports, support, 1.0, &course);
@@ -335,6 +354,7 @@ impl<T: Real> Generator<T> {
             states,
             pulses,
             straight,
+            levels,
             yields: form.d().rounded(),
             channels,
             units,

@@ -90,14 +90,19 @@ impl<T: Real> Normed<T> {
         self
     }
 
-    /// Its first rows and columns.
-    pub(crate) fn leading(&self, size: usize) -> Normed<T> {
-        if size == self.n {
-            return self.clone();
-        }
-        let rows = (0..size).flat_map(|i| &self.row(i)[..size]);
-        let lead = self.lead.min(size);
-        Normed::new(size, lead, rows.copied().collect(), self.error)
+    /// The block of these rows and the same columns.
+    pub(crate) fn part(&self, places: Range<usize>) -> Normed<T> {
+        let rows = places.clone().flat_map(|i| &self.row(i)[places.clone()]);
+        let lead = self.lead.clamp(places.start, places.end) - places.start;
+        Normed::new(places.len(), lead, rows.copied().collect(), self.error)
+    }
+
+    /// An upper bound of the 2-norm of a block of the true matrix.
+    pub(crate) fn between(&self, rows: Range<usize>, columns: Range<usize>) -> Magnitude {
+        let entries = rows.flat_map(|i| &self.row(i)[columns.clone()]);
+        let squares = entries.map(|entry| entry.upper() * entry.upper());
+        let sum = squares.fold(Magnitude::ZERO, |sum, square| sum + square);
+        sum.sqrt() + self.error
     }
 
     pub(crate) fn transposed(&self) -> Normed<T> {
@@ -163,6 +168,16 @@ impl<T: Real> Normed<T> {
 
     /// Entries and error of the same.
     pub(super) fn product(&self, other: &Normed<T>) -> (Vec<T>, Magnitude) {
+        let n = self.n;
+        let entries = T::matrix_product([n; 3], &self.entries, &other.entries);
+        let entries = entries.unwrap_or_else(|| self.term_by_term(other));
+        let rounding = self.sizes * other.sizes * growth::<T>(n)
+            + T::floor() * Magnitude::from((n * n) as f64 * 2.0);
+        let error = self.norm * other.error + self.error * other.true_norm() + rounding;
+        (entries, error)
+    }
+
+    fn term_by_term(&self, other: &Normed<T>) -> Vec<T> {
         let (n, lead) = (self.n, self.lead);
         let mut entries = vec![T::ZERO; n * n];
         let mut terms = Vec::with_capacity(n);
@@ -179,10 +194,7 @@ impl<T: Real> Normed<T> {
             }
             add(&mut row[lead..], i, lead..n, lead);
         }
-        let rounding = self.sizes * other.sizes * growth::<T>(n)
-            + T::floor() * Magnitude::from((n * n) as f64 * 2.0);
-        let error = self.norm * other.error + self.error * other.true_norm() + rounding;
-        (entries, error)
+        entries
     }
 }
 

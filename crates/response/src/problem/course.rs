@@ -6,12 +6,15 @@ use super::grid::TimeGrid;
 use super::timeline::Timeline;
 
 /// The most integrals of a signal: an acceleration's two, and those of the highest power of time.
-const MOST: usize = 8;
+pub(crate) const MOST_INTEGRALS: usize = 8;
+
+/// Of u and its derivatives, as many as are kept: up to the last that a power of time has.
+pub(super) const ORDERS: usize = MOST_INTEGRALS + 1;
 
 /// By piece and channel: u, u′, … at the piece's start, of those that the channel integrates.
 #[derive(Clone, Debug)]
 pub(super) struct Courses {
-    starts: Vec<[f64; MOST]>,
+    starts: Vec<[f64; MOST_INTEGRALS]>,
     /// How many coordinates there are before the first channel.
     coordinates: usize,
     channels: usize,
@@ -25,7 +28,7 @@ impl Courses {
         grid: &TimeGrid,
     ) -> Courses {
         let mut courses = Courses {
-            starts: vec![[0.0; MOST]; channels.len()],
+            starts: vec![[0.0; MOST_INTEGRALS]; channels.len()],
             coordinates,
             channels: channels.len(),
         };
@@ -34,7 +37,7 @@ impl Courses {
         }
         for (piece, pair) in timeline.pieces().windows(2).enumerate() {
             let time = pair[1].start.since(&pair[0].start, grid);
-            let next: Vec<[f64; MOST]> = (0..channels.len())
+            let next: Vec<[f64; MOST_INTEGRALS]> = (0..channels.len())
                 .map(|at| courses.at(timeline, channels, at, piece, time))
                 .collect();
             courses.starts.extend(next);
@@ -50,14 +53,14 @@ impl Courses {
         channel: usize,
         piece: usize,
         time: f64,
-    ) -> [f64; MOST] {
+    ) -> [f64; MOST_INTEGRALS] {
         let integrals = channels[channel].integrals;
         if integrals == 0 {
-            return [0.0; MOST];
+            return [0.0; MOST_INTEGRALS];
         }
         let own = self.coordinates + channel;
         // The integrals of the signal over this time: once, twice, ….
-        let mut own_part = [0.0; MOST];
+        let mut own_part = [0.0; MOST_INTEGRALS];
         let begun = &timeline.pieces()[piece];
         for straight in begun.straight().iter().filter(|one| one.coordinate == own) {
             let mut power = 1.0;
@@ -89,7 +92,7 @@ impl Courses {
             *twice += sine * (c * time - by_cosine) / rate + cosine * (by_sine - s * time) / rate;
         });
         let before = &self.starts[piece * self.channels + channel][..integrals];
-        let mut now = [0.0; MOST];
+        let mut now = [0.0; MOST_INTEGRALS];
         for (k, now) in now.iter_mut().enumerate().take(integrals) {
             let mut power = 1.0;
             for (times, start) in (1..).map(f64::from).zip(&before[k..]) {
@@ -101,16 +104,17 @@ impl Courses {
         now
     }
 
-    /// Calls `push` with each channel's u and its first four derivatives at `t` s, by the law of the given piece.
+    /// Calls `push` with each channel's u and its derivatives at `t` s, by the law of the given piece: of what swings, four more than
+    /// are integrated.
     pub(super) fn each(
         &self,
         timeline: &Timeline,
         channels: &[Channel],
         piece: usize,
         t: f64,
-        mut push: impl FnMut(usize, [f64; 5]),
+        mut push: impl FnMut(usize, [f64; ORDERS]),
     ) {
-        let mut all = vec![[0.0; 5]; channels.len()];
+        let mut all = vec![[0.0; ORDERS]; channels.len()];
         timeline.signals(piece, t, |on, derivatives| {
             if let Some(channel) = on.checked_sub(self.coordinates) {
                 let all = all[channel].iter_mut().skip(channels[channel].integrals);

@@ -30,6 +30,7 @@ pub use applied_load::AppliedLoad;
 pub use channel::{Channel, Quantity};
 pub(crate) use combination::Source;
 pub use combination::{Combination, Sum};
+pub(crate) use course::MOST_INTEGRALS;
 pub(crate) use equilibrium::{Floating, equilibrium, equilibrium_rounding, rest};
 pub use error::ResponseError;
 pub use grid::{MAX_STEPS, TimeGrid};

@@ -10,7 +10,7 @@ use super::angle::reduced_angle;
 use super::applied_load::AppliedLoad;
 use super::channel::{Channel, Quantity};
 use super::combination::{Combination, Source};
-use super::course::Courses;
+use super::course::{Courses, ORDERS};
 use super::error::ResponseError;
 use super::grid::TimeGrid;
 use super::instant::{Instant, SampleGrid};
@@ -456,11 +456,15 @@ impl<'a> Problem<'a> {
         spread
     }
 
-    /// The forces on the coordinates at `t` s, and their growth in N/s, of motions apart from what swings: by the laws of
-    /// the given piece, of those that are integrated, or of all.
-    pub(crate) fn steady(&self, piece: usize, t: f64, integrated: bool) -> [Vec<f64>; 2] {
+    /// The forces on the coordinates at `t` s and all their derivatives, of motions and powers of time, apart from what swings: by the
+    /// laws of the given piece, of those that are integrated, or of all.
+    pub(crate) fn steady(&self, piece: usize, t: f64, integrated: bool) -> [Vec<f64>; ORDERS] {
+        /// How many derivatives of what swings are known.
+        const SWINGING: usize = 5;
+        /// What is left of what was taken out is rounding below this part of it.
+        const ROUNDING: f64 = 1e-12;
         let n = self.system.len();
-        let mut steady = [vec![0.0; n], vec![0.0; n]];
+        let mut steady = [(); ORDERS].map(|()| vec![0.0; n]);
         let harmonics = self.timeline().harmonics();
         self.each_channel(piece, t, |channel, mut derivatives| {
             if integrated && channel.integrals == 0 {
@@ -468,17 +472,23 @@ impl<'a> Problem<'a> {
             }
             let own = self.channels.iter().position(|one| one == channel);
             let own = own.map_or(usize::MAX, |at| n + at);
+            let known = channel.integrals + SWINGING;
+            let mut swings = [0.0; ORDERS];
             for (_, harmonic) in harmonics.iter().filter(|(on, _)| *on == own) {
-                for (k, derivative) in derivatives.iter_mut().enumerate() {
+                for (k, derivative) in derivatives.iter_mut().enumerate().take(known) {
                     let turns = k as i32 - channel.integrals as i32;
                     let angle = reduced_angle(harmonic.frequency, t.into(), harmonic.phase);
                     let swing = harmonic.amplitude * harmonic.frequency.powi(turns);
                     let part = swing * (angle + f64::from(turns) * FRAC_PI_2).sin();
                     if harmonic.frequency != 0.0 && part.is_finite() {
                         *derivative -= part;
+                        swings[k] += part.abs();
                     }
                 }
             }
+            let given = derivatives.iter_mut().zip(swings).skip(channel.integrals);
+            let hidden = given.filter(|(rest, swung)| rest.abs() <= ROUNDING * swung);
+            hidden.for_each(|(rest, _)| *rest = 0.0);
             for (order, sums) in steady.iter_mut().enumerate() {
                 for (direction, value) in channel.directions.iter().zip(&derivatives[order..]) {
                     direction
@@ -505,7 +515,7 @@ impl<'a> Problem<'a> {
         motion
     }
 
-    fn each_channel(&self, piece: usize, t: f64, mut visit: impl FnMut(&Channel, [f64; 5])) {
+    fn each_channel(&self, piece: usize, t: f64, mut visit: impl FnMut(&Channel, [f64; ORDERS])) {
         if self.channels.is_empty() {
             return;
         }
@@ -675,7 +685,7 @@ mod tests {
         let problem = response.every(0.5).until(10.0).problem();
         let problem = problem.expect("a problem");
         for piece in [0, 1] {
-            let [force, _] = problem.steady(piece, 3.3, false);
+            let [force, ..] = problem.steady(piece, 3.3, false);
             assert!(force[0].abs() < 1e-14, "{piece}: {force:?}");
         }
     }

@@ -26,7 +26,7 @@ pub(super) fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
     let pieces = problem.timeline().pieces();
     let latest = pieces.iter().rposition(|piece| piece.start() <= t);
     let latest = latest.unwrap_or(0);
-    let [mut force, mut rate] = problem.steady(latest, t, false);
+    let [mut force, mut rate, ..] = problem.steady(latest, t, false);
     let straight = pieces[latest].straight().iter();
     for straight in straight.filter(|straight| straight.coordinate < n) {
         let elapsed = t - pieces[latest].start();

@@ -161,14 +161,9 @@ impl Summary {
         let state = (late.x.as_slice(), late.v.as_slice());
         let persistence = Persistence::of(system, modes, state, &now);
         let resisted = Resisted::of(system, &floating);
-        let (mut force, rate) = finally(&lasting_problem);
-        let follows = equilibrium(system, &floating, &rate);
-        let driven = resisted.moved_by(&net(&floating, &rate));
-        // A steady motion meets the dampers.
-        let speed = Mat::from_fn(n, 1, |i, _| follows[i]);
-        let drag = system.damping_matrix() * speed;
-        (0..n).for_each(|i| force[i] -= drag[(i, 0)]);
-        let rest = come_to_rest(system, &floating, &resisted, &force, &late, &now);
+        let led = Course::of(system, &floating, &resisted, finally(&lasting_problem));
+        let force = &led.force;
+        let rest = come_to_rest(system, &floating, &resisted, force, &late, &now);
 
         let all = x.norm_max();
         let end = problem.grid().time(problem.grid().last());
@@ -179,11 +174,11 @@ impl Summary {
             .then(|| Extrema::with(&mut follower, Digits::Once, trajectory))
             .flatten();
         let mut ranges = Range::all(between.as_ref(), trajectory);
-        let about = rest.rounding(system, &floating, &force, &late);
+        let about = rest.rounding(system, &floating, force, &late);
         let seen = |i: usize| (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
         let course = |i: usize| {
             let seen = seen(i);
-            let moved = follows[i].abs() * horizon > seen || driven[i];
+            let moved = led.moves(i, horizon) > seen || led.driven[i];
             if !is_known {
                 Destination::Unknown
             } else if persistence.growth[i] > seen {
@@ -477,33 +472,101 @@ struct Last {
     speed: f64,
 }
 
-/// The forces in N, as of t = 0, and their growth in N/s, once every load has begun and every sample has
-/// passed.
-fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
+/// The forces in N and all their derivatives, as of t = 0, once every load has begun and every sample has passed.
+fn finally(problem: &Problem<'_>) -> Vec<Vec<f64>> {
     let n = problem.system().len();
     let end = problem.grid().time(problem.grid().last());
     let last = problem.timeline().pieces().len() - 1;
-    let [mut force, mut rate] = problem.steady(last, end, true);
-    for i in 0..n {
-        force[i] -= rate[i] * end;
+    let mut forces = problem.steady(last, end, true).to_vec();
+    for order in 0..forces.len() {
+        let (now, later) = forces.split_at_mut(order + 1);
+        let mut way = 1.0;
+        for (derivative, times) in later.iter().zip(1..) {
+            way *= -end / f64::from(times);
+            let pairs = now[order].iter_mut().zip(derivative);
+            pairs.for_each(|(force, growth)| *force += growth * way);
+        }
     }
     for (signal, [value, growth]) in lasting(problem) {
         let Some(channel) = signal.checked_sub(n) else {
-            force[signal] += value;
-            rate[signal] += growth;
+            forces[0][signal] += value;
+            forces[1][signal] += growth;
             continue;
         };
         let channel = &problem.channels()[channel];
         if channel.integrals == 0 {
             for &(row, factor) in &channel.directions[0] {
-                force[row] += factor * value;
-                rate[row] += factor * growth;
+                forces[0][row] += factor * value;
+                forces[1][row] += factor * growth;
             }
             let resisted = channel.directions[1].iter();
-            resisted.for_each(|&(row, factor)| force[row] += factor * growth);
+            resisted.for_each(|&(row, factor)| forces[0][row] += factor * growth);
         }
     }
-    (force, rate)
+    forces
+}
+
+/// What forces lead the system to, from them and all their derivatives as of t = 0.
+struct Course {
+    /// The force that springs hold, in N.
+    force: Vec<f64>,
+    /// The derivatives of the motion that follows the forces, from the velocity on.
+    derivatives: Vec<Vec<f64>>,
+    /// What moves because no spring holds it.
+    driven: Vec<bool>,
+}
+
+impl Course {
+    /// From the last derivative on: springs hold what is left of a force by dampers and masses, K x⁽ᵏ⁾ = f⁽ᵏ⁾ − C x⁽ᵏ⁺¹⁾ − M x⁽ᵏ⁺²⁾.
+    fn of(
+        system: &System,
+        floating: &Floating,
+        resisted: &Resisted,
+        mut forces: Vec<Vec<f64>>,
+    ) -> Course {
+        let n = system.len();
+        while forces.len() > 1
+            && forces
+                .last()
+                .is_some_and(|force| force.iter().all(|f| *f == 0.0))
+        {
+            forces.pop();
+        }
+        let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
+        let (mut derivatives, mut driven) = (Vec::<Vec<f64>>::new(), vec![false; n]);
+        let mut held = Vec::new();
+        for (order, mut force) in forces.into_iter().enumerate().rev() {
+            for (matrix, motion) in [&damping, &mass].into_iter().zip(derivatives.iter().rev()) {
+                let motion = Mat::from_fn(n, 1, |i, _| motion[i]);
+                let resisting = matrix * motion;
+                (0..n).for_each(|i| force[i] -= resisting[(i, 0)]);
+            }
+            if order == 0 {
+                held = force;
+                break;
+            }
+            let moved = resisted.moved_by(&net(floating, &force));
+            let pairs = driven.iter_mut().zip(moved);
+            pairs.for_each(|(driven, moved)| *driven |= moved);
+            derivatives.push(equilibrium(system, floating, &force));
+        }
+        derivatives.reverse();
+        Course {
+            force: held,
+            derivatives,
+            driven,
+        }
+    }
+
+    /// By how much a coordinate moves in a time, at most.
+    fn moves(&self, i: usize, time: f64) -> f64 {
+        let mut way = 1.0;
+        let sizes = self.derivatives.iter().zip(1..).map(|(derivative, order)| {
+            way *= time / f64::from(order);
+            derivative[i].abs() * way
+        });
+        sizes.fold(0.0, f64::max)
+    }
 }
 
 /// What loads leave of each signal, apart from what swings: as of t = 0, and its growth.
@@ -892,8 +955,8 @@ fn last_sample_outside(trajectory: &Trajectory, i: usize, band: &Band) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Harmonic, Impulse, Quantity, Ramp, Response, State, Step};
-    use eigentone_modes::{GROUND, Precision, System, SystemBuilder};
+    use crate::{Harmonic, Impulse, Polynomial, Quantity, Ramp, Response, State, Step};
+    use eigentone_modes::{GROUND, MatrixKind, Precision, System, SystemBuilder};
 
     fn summary(builder: SystemBuilder, ask: impl Fn(Response<'_>) -> Response<'_>) -> Summary {
         let system = builder.build().expect("a system");
@@ -947,6 +1010,63 @@ mod tests {
         assert!((settled - 50f64.ln()).abs() < 1e-9, "{settled}");
         assert!(summary.is_between());
         assert_rests(course.destination, 1.0);
+    }
+
+    /// A power of time has no end, whatever its value and its rate are at the last instant, or where it begins there; what dampers drag
+    /// after what it moves drifts too: under 0.2t² on a, b follows at 4·a′/20 m.
+    #[test]
+    fn powers_of_time_have_no_end() {
+        let one = || {
+            let system = System::builder().mass("a", 1.0).spring(GROUND, "a", 20.0);
+            system.damper(GROUND, "a", 4.0)
+        };
+        for (coefficients, start) in [
+            (vec![0.0, 0.4, -0.01], 0.0),
+            (vec![8.0, -1.2, 0.06, -0.001], 0.0),
+            (vec![0.0, 0.0, 1.0], 20.0),
+            (vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 20.0),
+        ] {
+            let load = Polynomial::of(coefficients).starting_at(start);
+            let summary = summary(one(), |response| {
+                let response = response.load("a", load.clone());
+                response.every(0.1).until(20.0)
+            });
+            let course = summary.coordinates()[0];
+            assert_eq!(course.destination, Destination::Drift, "{load:?}");
+            assert_eq!(summary.mean(0), None);
+        }
+        let two = one().mass("b", 2.0).spring(GROUND, "b", 20.0);
+        let summary = summary(two.damper("a", "b", 4.0), |response| {
+            let load = Polynomial::of([0.0, 0.0, 0.2]);
+            response.load("a", load).every(0.1).until(40.0)
+        });
+        for course in summary.coordinates() {
+            assert_eq!(course.destination, Destination::Drift);
+        }
+    }
+
+    /// By mass alone: x₁″ = 0.04 under 0.2t² on a spring of 10 N/m, so that x₂ of 20 N/m is held −0.04/20 away; under 0.2t³ it drifts.
+    #[test]
+    fn masses_that_are_coupled_follow_accelerations() {
+        let ends = |power: usize| {
+            let [mass, damping, stiffness] = [
+                [[2.0, 1.0], [1.0, 2.0]],
+                [[1.0, 0.0], [0.0, 1.0]],
+                [[10.0, 0.0], [0.0, 20.0]],
+            ]
+            .map(|rows: [[f64; 2]; 2]| Mat::from_fn(2, 2, |i, j| rows[i][j]));
+            let system = System::builder().matrix(MatrixKind::Mass, mass.as_ref());
+            let system = system.matrix(MatrixKind::Damping, damping.as_ref());
+            let system = system.matrix(MatrixKind::Stiffness, stiffness.as_ref());
+            let mut coefficients = vec![0.0; power];
+            coefficients.push(0.2);
+            summary(system, |response| {
+                let load = Polynomial::of(coefficients.clone());
+                response.load("x1", load).every(0.1).until(60.0)
+            })
+        };
+        assert_rests(ends(2).coordinates()[1].destination, -0.002);
+        assert_eq!(ends(3).coordinates()[1].destination, Destination::Drift);
     }
 
     /// The middle of a beam under a force there does not turn, but for rounding.

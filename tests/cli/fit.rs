@@ -5,7 +5,7 @@ use std::path::Path;
 
 use num_complex::Complex;
 
-use super::{fresh, number, parsed, printed, refused};
+use super::{eigentone, fresh, number, parsed, printed, refused};
 
 /// The parameters that are looked for, and what they are where measured and where the search starts.
 const SOUGHT: [(&str, f64, f64); 3] = [
@@ -398,6 +398,44 @@ fn what_doubles_do_not_show_is_fitted_with_proof() {
         name == "natural_frequency [rad/s]" || name == "damping_ratio"
     });
     assert!((found(&beam(3.3), &table, "k.stiffness") - 3.16).abs() < 1e-12);
+}
+
+/// Numbers of any size come back: the differences that derivatives come from are spaced in parts of the number.
+#[test]
+fn no_size_of_a_number_ends_the_search() {
+    let folder = fresh("fit-large");
+    fs::create_dir_all(&folder).expect("it can be made");
+    for (mass, stiffness) in [(1e12, 1e20), (1e-3, 1e16), (1e12, 1e100)] {
+        let damping = 0.1 * f64::sqrt(mass * stiffness);
+        let write = |name: &str, factor: f64| {
+            let (k, c) = (factor * stiffness, factor * damping);
+            let text = format!(
+                r#"{{"masses": [{{"name": "m", "mass": {mass:?}}}],
+  "springs": [{{"name": "k", "between": ["ground", "m"], "stiffness": {k:?}}}],
+  "dampers": [{{"name": "c", "between": ["ground", "m"], "damping": {c:?}}}]}}"#
+            );
+            let file = folder.join(name);
+            fs::write(&file, text).expect("it can be written");
+            file.to_str().expect("a UTF-8 path").to_owned()
+        };
+        let (truth, start) = (write("truth.json", 1.0), write("start.json", 0.95));
+        let table = folder.join("data.csv");
+        fs::write(&table, printed(&["modes", &truth, "--csv"])).expect("it can be written");
+        let table = table.to_str().expect("a UTF-8 path");
+        let vary = ["--vary", "k.stiffness", "--vary", "c.damping"];
+        // It notes which columns it leaves out.
+        let output = eigentone(&[&["fit", &start, "--to", table, "--json"], &vary[..]].concat());
+        assert!(output.status.success(), "{output:?}");
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let found = &found["parameters"];
+        for (name, wanted) in [("k.stiffness", stiffness), ("c.damping", damping)] {
+            let value = number(&found[name]);
+            assert!(
+                (value / wanted - 1.0).abs() < 1e-9,
+                "{stiffness:?}: {found}"
+            );
+        }
+    }
 }
 
 /// The receptance of one mass of 0.9 kg on 95.1 N/m with 0.05 N s/m, and beside it that of another part, at 25 frequencies.

@@ -20,7 +20,7 @@ mod programme;
 mod range;
 
 pub use campbell::{Branch, Campbell, CampbellDiagram, CampbellError, CriticalSpeed, Whirl};
-pub use difference::difference;
+pub use difference::{difference, spaced};
 pub use fit::{Fit, FitError, fit, fit_with};
 pub use follower::{FollowError, Followed, Follower};
 pub use front::{FrontPoint, front, front_with};

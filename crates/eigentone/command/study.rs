@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::str::FromStr;
 
-use eigentone::design::difference;
+use eigentone::design::{difference, spaced};
 use eigentone::modes::{Bounds, Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
 use eigentone::report::Units;
 use eigentone::response::{
@@ -362,30 +362,13 @@ impl Varied {
         limits: Option<&[(f64, f64)]>,
         held: &dyn Fn(&Scene) -> Option<Vec<f64>>,
     ) -> Option<Vec<Vec<f64>>> {
-        /// In parts of the number, and of its range where it is 0.
-        const SPACING: f64 = 1.0 / 128.0;
+        const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
         let derivative = |i: usize| {
-            let own = limits.map(|limits| limits[i]);
-            let (low, high) = own.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-            let range = if (high - low).is_finite() {
-                high - low
-            } else {
-                1.0
-            };
-            let size = match values[i].abs() {
-                0.0 => SPACING * range,
-                size => size,
-            };
-            let spacing = (SPACING * size).min(range / 8.0);
-            // As many of the nine nodes below as the limits allow.
-            let least = ((values[i] + 8.0 * spacing - high) / spacing)
-                .ceil()
-                .max(0.0);
-            let most = ((values[i] - low) / spacing).floor().min(8.0);
-            let below = 4.0f64.max(least).min(most.max(0.0)) as usize;
+            let (low, high) = limits.map_or(FREE, |limits| limits[i]);
+            let (below, spacing) = spaced(values[i], [low, high]);
             let mut sum: Option<Vec<f64>> = None;
             let mut first: Option<Vec<f64>> = None;
-            for (node, weight) in difference(below.min(8)).into_iter().enumerate() {
+            for (node, weight) in difference(below).into_iter().enumerate() {
                 let mut moved = values.to_vec();
                 moved[i] += (node as f64 - below as f64) * spacing;
                 let measured = held(&self.scene_of(&moved).ok()?)?;

@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::{Failure, memory, positive, print, source};
 use eigentone::scene::Scene;
 
-/// Finds the periodic motion that the scene's motion tends to, and whether it is stable
+/// Finds a periodic motion near where the scene's motion ends, and whether it is stable
 #[derive(Debug, Args)]
 pub struct Cycle {
     /// The scene file; - is standard input

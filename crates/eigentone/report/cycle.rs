@@ -29,6 +29,7 @@ struct Described<'a> {
     period: f64,
     period_bound: f64,
     stable: Option<bool>,
+    reached: bool,
     multipliers: Vec<[f64; 2]>,
     start: BTreeMap<&'a str, Start>,
     events: Vec<events::Listed<'a>>,
@@ -62,8 +63,12 @@ impl CycleReport<'_> {
             ),
         };
         let mut text = format!(
-            "period {period} s ({hertz} Hz), estimated to be within {bound} s of the exact one\n{fate}\n\n"
+            "period {period} s ({hertz} Hz), estimated to be within {bound} s of the exact one\n{fate}\n"
         );
+        if !cycle.is_reached {
+            text.push_str("the scene's own motion does not end near this one: it may need more time, or tend to another, such as one of twice the period\n");
+        }
+        text.push('\n');
         let of = |part: fn(&faer::c64) -> f64| {
             cycle
                 .multipliers
@@ -118,6 +123,7 @@ impl CycleReport<'_> {
             period: cycle.period,
             period_bound: cycle.period_bound,
             stable: cycle.stable,
+            reached: cycle.is_reached,
             multipliers: cycle
                 .multipliers
                 .iter()

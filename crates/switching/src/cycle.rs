@@ -46,6 +46,9 @@ pub struct LimitCycle {
     pub multipliers: Vec<c64>,
     /// Whether disturbances die out; `None` where doubles do not decide.
     pub stable: Option<bool>,
+    /// Whether the problem's own motion is near it where the search starts, within a hundredth of how far it moves in a period. If not,
+    /// that motion may need more time to come there, or tend to another one, such as one of twice the period.
+    pub is_reached: bool,
 }
 
 impl LimitCycle {
@@ -62,8 +65,8 @@ impl LimitCycle {
 }
 
 impl Switching<'_, '_> {
-    /// The periodic motion that the motion tends to or comes close to: where the problem's time ends, Newton's method takes
-    /// over. So it need not be stable, but the motion must come close to it.
+    /// A periodic motion near where the motion ends: where the problem's time ends, Newton's method takes over. So it need not be
+    /// stable, nor the one that the motion tends to: [`LimitCycle::is_reached`].
     ///
     /// # Errors
     /// [`CycleError`].
@@ -109,11 +112,14 @@ struct Fixed {
 impl Search<'_, '_, '_> {
     fn run(&self, period: Period) -> Result<LimitCycle, CycleError> {
         let (start, period, free) = self.guess(period)?;
-        let mut fixed = self.newton(start, period, free)?;
+        let mut fixed = self.newton(start.clone(), period, free)?;
         if free {
             fixed = self.shortest(fixed)?;
         }
         let [off_state, off_period] = fixed.off(free)?;
+        if (free || self.is_steady()) && fixed.rests(off_state) {
+            return Err(CycleError::Lost);
+        }
         let n = fixed.scales.len();
         let twice = fixed.period * Digits::from(2.0);
         let again = self.pass(&fixed.motion, twice, &vec![0.0; n])?;
@@ -124,6 +130,7 @@ impl Search<'_, '_, '_> {
                 period: fixed.period.to_f64(),
             });
         }
+        let is_reached = self.is_near(&start, &fixed)?;
         let ball: Vec<f64> = fixed.scales.iter().map(|scale| off_state / scale).collect();
         let known = self.pass(&fixed.motion, fixed.period, &ball)?;
         let mut monodromy = fixed.pass.tangent.clone();
@@ -156,8 +163,32 @@ impl Search<'_, '_, '_> {
             bound: [bounds[..n / 2].to_vec(), bounds[n / 2..].to_vec()],
             events: known.events,
             stable: dies_out(n, monodromy),
+            is_reached,
             multipliers,
         })
+    }
+
+    /// Whether loads keep their laws and none oscillates, so that what is at rest stays there.
+    fn is_steady(&self) -> bool {
+        let timeline = self.question.problem.timeline();
+        let mut harmonics = timeline.harmonics().iter();
+        timeline.pieces().len() == 1 && harmonics.all(|(_, harmonic)| harmonic.frequency == 0.0)
+    }
+
+    /// Whether a state is near a periodic motion, beside how far that moves in a period.
+    fn is_near(&self, state: &[Digits], fixed: &Fixed) -> Result<bool, CycleError> {
+        const NEAR: f64 = 0.01;
+        let known = vec![0.0; fixed.scales.len()];
+        let mut extent = 0.0f64;
+        // √2 − 1, √3 − 1 and √5 − 2: in no cycle of a load that counts several are all of them back at the start.
+        for part in [0.414_213_562, 0.732_050_808, 0.236_067_977] {
+            let until = fixed.period.mul_f64(part);
+            if let Ok(pass) = tried(self.pass(&fixed.motion, until, &known))? {
+                let apart = length(&scaled(&pass.motion, &fixed.motion, &fixed.scales));
+                extent = extent.max(apart);
+            }
+        }
+        Ok(length(&scaled(state, &fixed.motion, &fixed.scales)) <= NEAR * extent)
     }
 
     /// The same with its least period: a part of the one that was found, with as large a part of its events.
@@ -355,6 +386,13 @@ impl Pass {
 }
 
 impl Fixed {
+    /// Whether it moves no farther than what is not known of it lets it: then it is a place of rest, which any period fits.
+    fn rests(&self, off: f64) -> bool {
+        /// How many times as fast as once a period it may oscillate.
+        const FASTEST: f64 = 1e4;
+        length(&self.rate()) <= FASTEST * off
+    }
+
     /// Derivative of the map in the scales, less the identity, with a row and a column for the period where that is free.
     fn jacobian(&self, free: bool) -> Mat<f64> {
         let n = self.scales.len();

@@ -177,6 +177,8 @@ fn a_driven_mass_hits_a_stop_once_a_cycle() {
         .product::<f64>();
     close(area, r * r, 1e-13);
     assert_eq!(found.stable, Some(true));
+    // The motion from its start tends to one of three periods.
+    assert!(!found.is_reached);
     comes_back(&system, ask, &switches, &found);
 }
 
@@ -247,7 +249,7 @@ fn machines_tend_to_it() {
         comes_back(&system, ask, &switches, &found);
         // It is what 12 s leave of the motion from rest, but for the largest multiplier to that many periods.
         let left = found.multipliers[0].norm().powf(12.0 / found.period);
-        assert!(left < 1e-3, "{left}");
+        assert!(left < 1e-3 && found.is_reached, "{left}");
     }
 }
 
@@ -423,4 +425,71 @@ fn bounces_that_die_out_in_every_cycle() {
     let leaves: Vec<f64> = leaves.map(|event| event.time).collect();
     assert_eq!(leaves.len(), 1);
     close(leaves[0], PI / 4.85, 1e-14);
+}
+
+/// A stable motion of one period, while the motion itself tends to one of two.
+#[test]
+fn what_the_motion_does_not_come_to_is_said() {
+    let system = in_a_row(&[("m", 0.782)], &[53.7], &[0.33]);
+    let stop = |between: [&str; 2], [gap, stiffness, damping]: [f64; 3]| {
+        Switch::Stop(Stop {
+            between: between.map(String::from),
+            gap,
+            stiffness,
+            damping,
+        })
+    };
+    let switches = [
+        stop(["m", GROUND], [0.139, 134.0, 0.0]),
+        stop([GROUND, "m"], [0.0532, 1180.0, 0.181]),
+    ];
+    let start = State::at_rest().displace("m", 0.0242);
+    let start = start.push("m", 0.851_251_169_965_867_2);
+    let found = |end: f64, count: u32| {
+        let ask = Response::of(&system)
+            .load("m", Harmonic::of(2.48, 20.7).with_phase(0.7))
+            .load("m", Step::of(1.42))
+            .from(start.clone());
+        let problem = ask.every(0.1).until(end).problem().expect("a problem");
+        let found = cycle(&problem, &switches, Period::Cycles(count)).expect("a cycle");
+        assert_eq!(found.stable, Some(true));
+        found
+    };
+    let (one, two) = (found(5.0, 1), found(40.0, 2));
+    // After 5 s it is on its way to that of two periods, by the factor 0.87 in each of them.
+    let reached = [&one, &two, &found(5.0, 2)].map(|cycle| cycle.is_reached);
+    assert_eq!(reached, [false, true, false]);
+    close(two.period, 2.0 * TAU / 20.7, 1e-15);
+    assert!((one.displacement[0] - two.displacement[0]).abs() > 1e-3);
+}
+
+/// A motion that dies out comes to rest, which any period fits: with one that its events showed, and with a given one; about 1 cm and
+/// about 0.
+#[test]
+fn what_comes_to_rest_has_no_period() {
+    let system = in_a_row(&[("m", 1.0)], &[100.0], &[0.3]);
+    for force in [1.0, 0.0] {
+        let stop = Switch::Stop(Stop {
+            between: [GROUND.into(), "m".into()],
+            gap: 0.01 * force + 0.002,
+            stiffness: 50.0,
+            damping: 0.0,
+        });
+        let problem = Response::of(&system)
+            .load("m", Step::of(force))
+            .from(State::at_rest().displace("m", 0.5))
+            .every(0.01)
+            .until(5.0)
+            .problem()
+            .expect("a problem");
+        let stop = [stop];
+        for (switches, period) in [
+            (&stop[..], Period::Free),
+            (&stop, Period::Seconds(0.6)),
+            (&[], Period::Seconds(0.6)),
+        ] {
+            let found = cycle(&problem, switches, period);
+            assert_eq!(found, Err(CycleError::Lost), "{force}: {period:?}");
+        }
+    }
 }

@@ -180,7 +180,7 @@ impl Search<'_, '_, '_> {
         const NEAR: f64 = 0.01;
         let known = vec![0.0; fixed.scales.len()];
         let mut extent = 0.0f64;
-        // √2 − 1, √3 − 1 and √5 − 2: in no cycle of a load that counts several are all of them back at the start.
+        // √2 − 1, √3 − 1 and √5 − 2 of a period: a motion that repeats within it is not back at its start at all three.
         for part in [0.414_213_562, 0.732_050_808, 0.236_067_977] {
             let until = fixed.period.mul_f64(part);
             if let Ok(pass) = tried(self.pass(&fixed.motion, until, &known))? {

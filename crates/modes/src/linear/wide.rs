@@ -1,6 +1,6 @@
 //! Matrices with so many digits that what they give is right to forty-eight, whatever the condition of doubles allows:
 //! linear equations by Gaussian elimination, and all modes of a definite pair by Jacobi's rotations (Golub & Van Loan,
-//! *Matrix Computations*, §8.5).
+//! *Matrix Computations*, §8.5), of what eigenvectors of doubles, corrected with all digits, leave to them.
 
 use eigentone_digits::{DoubleDouble, Real, Wide, symmetric_eigen};
 use faer::Mat;
@@ -190,7 +190,7 @@ fn approach<T: Real>(a: &mut Rows<T>, others: &mut Rows<T>) {
         .iter()
         .map(|row| row.iter().map(long).collect())
         .collect();
-    // What the last correction is off is at the most the square of its size.
+    // The last correction errs by about the square of its size.
     let enough = (f64::from(T::UNIT_LOG2) / 2.0).exp2();
     if !(0..MOST).any(|_| corrected(a, &mut x) <= enough) {
         return;

@@ -37,8 +37,8 @@ impl Carried {
         Carried { levels, norms }
     }
 
-    /// No error is carried on.
-    const NONE: Carried = Carried {
+    /// Of a step of which nothing is known.
+    const UNKNOWN: Carried = Carried {
         levels: LEVELS,
         norms: [[Magnitude::INFINITY; LEVELS]; LEVELS],
     };
@@ -76,7 +76,7 @@ impl Carried {
 
 /// Errors made along the way, each carried on by the steps after it.
 ///
-/// An error met `m` steps ago counts by Φ^m now. Errors are kept by segments of the way, each
+/// An error met `m` steps ago counts by the norms of Φ^m now. Errors are kept by segments of the way, each
 /// with the error it alone has made at its end; two segments join as soon as the later one is as
 /// long as the earlier, so that no error passes through more than a few norms for each doubling of
 /// the way, and damping that shows only over many steps is made use of.
@@ -87,7 +87,7 @@ pub(crate) struct Drift {
     base: Errors,
     /// Steps and error of each segment, the earliest first.
     segments: Vec<(u64, Errors)>,
-    /// Bounds of Φ^{2^j}.
+    /// How Φ^{2^j} carries errors on.
     powers: Vec<Carried>,
 }
 
@@ -113,7 +113,7 @@ impl Drift {
             let j = steps.trailing_zeros() as usize;
             steps &= steps - 1;
             while self.powers.len() <= j {
-                let last = self.powers.last().unwrap_or(&Carried::NONE);
+                let last = self.powers.last().unwrap_or(&Carried::UNKNOWN);
                 self.powers.push(last.after(last));
             }
             self.powers[j].carry(errors);

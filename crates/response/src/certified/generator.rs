@@ -20,8 +20,8 @@ pub(crate) struct Generator<T> {
     pulses: usize,
     /// The first entry of the straight loads, beyond the sines and cosines.
     pub(crate) straight: usize,
-    /// The entries before those by levels, each moved by itself and by later ones alone: the state of the system, the first
-    /// and the second integrals of signals, sines and cosines.
+    /// The entries before those by levels, each moved by itself and by later ones alone: the state of the system, integrals
+    /// of signals, those of the highest order first, sines and cosines.
     pub(crate) levels: Vec<Range<usize>>,
     /// What forces displace at once, by coordinates: impulses would without limit.
     yields: BallMatrix<T>,
@@ -195,7 +195,7 @@ impl<T: Real> Generator<T> {
                 motion.set(straight + at, slope, G::ONE, Magnitude::ZERO);
             }
         }
-        // The first integrals of all signals, then those that these are integrals of.
+        // The first that a channel takes in, then those that these are integrals of.
         let mut levels: Vec<Range<usize>> = std::iter::once(0..own).collect();
         let mut chains = vec![Vec::new(); count];
         for order in 0.. {

@@ -92,6 +92,9 @@ impl<T: Real> Normed<T> {
 
     /// The block of these rows and the same columns.
     pub(crate) fn part(&self, places: Range<usize>) -> Normed<T> {
+        if places.len() == self.n {
+            return self.clone();
+        }
         let rows = places.clone().flat_map(|i| &self.row(i)[places.clone()]);
         let lead = self.lead.clamp(places.start, places.end) - places.start;
         Normed::new(places.len(), lead, rows.copied().collect(), self.error)

@@ -7,7 +7,8 @@ use super::dynamic_stiffness::{Block, Frequency, Part};
 use super::elimination::{Factor, Outcome, scaled};
 use super::function::FrequencyMethod;
 use super::inverse::Inverse;
-use super::modal_sum::{Entry, ModalSum};
+use super::modal_functions::ModalFunctions;
+use super::modal_sum::{Matrices, ModalSum};
 use super::phasor::Phase;
 use super::refinement::ApproximateInverse;
 
@@ -34,6 +35,8 @@ pub(super) struct Question<'a> {
     pub(super) block: &'a Block,
     /// What is tried first, if there is one.
     pub(super) modes: Option<&'a ModalSum>,
+    /// For each right-hand side what modes make of its readings, which is tried before; or nothing.
+    pub(super) modal: &'a [ModalFunctions<'a>],
     pub(super) frequency: Frequency,
     /// For each right-hand side what acts, and the readings.
     pub(super) columns: &'a [(&'a [Push], &'a [Reading])],
@@ -100,14 +103,17 @@ enum Answer {
 /// For each right-hand side, all of which act on the block alone, the values of its readings.
 pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
     let mut found = None;
+    if let Some(values) = by_series(question) {
+        return Enclosed::Values(values, FrequencyMethod::Modes);
+    }
     if let Some(modes) = question.modes
         && let Some(Answer::Found(mut values, mut good)) =
-            by_modes(modes, modes.entries(), question)
+            by_modes(modes, modes.matrices(), question)
     {
         if !good
             && question.frequency.radius == 0.0
             && let Some(Answer::Found(more, known)) =
-                by_modes(modes, modes.more_entries(), question)
+                by_modes(modes, modes.wide_matrices(), question)
         {
             (values, good) = (more, known);
         }
@@ -151,6 +157,25 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
     }
     let values = |(values, method)| Enclosed::Values(values, method);
     found.map_or(Enclosed::Undecided(digits), values)
+}
+
+/// All values by series from modes, where these show as much as is asked for.
+fn by_series(question: &Question<'_>) -> Option<Vec<Vec<Value>>> {
+    let Question { modal, asked, .. } = question;
+    if modal.len() < question.columns.len() {
+        return None;
+    }
+    let columns = modal.iter().map(|functions| {
+        let numbers = functions.enclosed(question.frequency)?.into_iter();
+        let values = numbers.map(|[sum, change]| {
+            let change = (*asked != Asked::Value).then_some(change);
+            let value = Value::of(sum, change);
+            let known = *asked == Asked::Sign || is_to_last_digit(sum);
+            (known && value.rises(*asked)).then_some(value)
+        });
+        values.collect()
+    });
+    columns.collect()
 }
 
 /// One rung: the values in the precision of T, and the products it took.
@@ -202,13 +227,13 @@ fn by_inverse(question: &Question<'_>) -> Option<Answer> {
     read(question, exponents.len(), place, solve, slope)
 }
 
-/// The same by modes, of the whole system, with the entries of Z.
+/// The same by modes, of the whole system, with K, C and M.
 fn by_modes<T: Real>(
     modes: &ModalSum,
-    entries: &[Entry<T>],
+    matrices: &Matrices<T>,
     question: &Question<'_>,
 ) -> Option<Answer> {
-    let at = modes.at(question.frequency, entries)?;
+    let at = modes.at(question.frequency, matrices)?;
     let solve = |right: Vec<Ball<T>>| at.solve(&right);
     let slope = |x: &[Ball<T>]| at.slope(x);
     read(question, modes.coordinates(), Some, solve, slope)
@@ -274,23 +299,10 @@ fn read<T: Real>(
                     change = change + part.value::<T>(frequency);
                 }
             }
-            let (value, bound) = rounded(sum);
-            let ratio = steepness.then(|| change.checked_div(sum)).flatten();
-            let rise = ratio.map(|ratio| {
-                let value = ratio.middle().re.to_f64();
-                let rounding = Magnitude::from(value.abs()) * Magnitude::power_of_two(-52);
-                (value, (ratio.radius() + rounding).to_f64())
-            });
-            good &= match rise {
-                Some((value, off)) => value.abs() > off,
-                None => !steepness,
-            };
+            let value = Value::of(sum, rates.as_ref().map(|_| change));
+            good &= value.rises(question.asked);
             good &= question.asked == Asked::Sign || is_good(sum, size, frequency.radius > 0.0);
-            Value {
-                value,
-                bound,
-                steepness: rise,
-            }
+            value
         };
         Some(readings.iter().map(read).collect())
     });
@@ -298,12 +310,43 @@ fn read<T: Real>(
     Some(Answer::Found(values, good))
 }
 
+impl Value {
+    /// A number, with its derivative where that is asked for.
+    pub(super) fn of<T: Real>(sum: Ball<T>, change: Option<Ball<T>>) -> Value {
+        let (value, bound) = rounded(sum);
+        let ratio = change.and_then(|change| change.checked_div(sum));
+        let steepness = ratio.map(|ratio| {
+            let value = ratio.middle().re.to_f64();
+            let rounding = Magnitude::from(value.abs()) * Magnitude::power_of_two(-52);
+            (value, (ratio.radius() + rounding).to_f64())
+        });
+        Value {
+            value,
+            bound,
+            steepness,
+        }
+    }
+
+    /// Whether the sign of the steepness is known, if it is asked for.
+    fn rises(&self, asked: Asked) -> bool {
+        match self.steepness {
+            Some((value, off)) => value.abs() > off,
+            None => asked == Asked::Value,
+        }
+    }
+}
+
+/// Whether a number is known to a double's last digit.
+fn is_to_last_digit<T: Real>(x: Ball<T>) -> bool {
+    const LAST_DIGIT: i64 = -56;
+    x.radius() <= x.lower() * Magnitude::power_of_two(LAST_DIGIT)
+}
+
 /// Whether a number is known to a double's last digit, or may be 0 and is nothing beside what it might be. In a range of
 /// frequencies it need not be 0 for that: values differ there.
 fn is_good<T: Real>(x: Ball<T>, size: Magnitude, range: bool) -> bool {
-    const LAST_DIGIT: i64 = -56;
     const NOTHING: [f64; 2] = [1e-30, 1e-18];
-    x.radius() <= x.lower() * Magnitude::power_of_two(LAST_DIGIT)
+    is_to_last_digit(x)
         || (range || x.lower() == Magnitude::ZERO)
             && x.radius() <= size * Magnitude::from(NOTHING[usize::from(range)])
 }

@@ -397,6 +397,8 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     const MOST: usize = 160;
     /// Within it the steepness is a straight line, to its square.
     const STRAIGHT: f64 = 1e-5;
+    /// How narrow the bracket is to become, in parts of the frequency.
+    const NARROW: f64 = 1e-22;
     /// A magnitude with fewer digits is none: there may be a pole.
     const KNOWN: f64 = 1e-6;
     let (mut low, mut high, mut before, mut after) = (low, high, before, after);
@@ -415,7 +417,10 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     for k in 0..MOST {
         let width = (high - low).to_f64();
         let steep = before.abs().max(after.abs()) * width;
-        if steep < STRAIGHT || width <= high.to_f64() * 1e-27 {
+        // Beside a zero of the function its inverse is the distance from there.
+        let distance = (after.recip() - before.recip()) / width;
+        let is_straight = steep < STRAIGHT || (distance - 1.0).abs() < STRAIGHT;
+        if is_straight || width <= high.to_f64() * 1e-27 {
             break;
         }
         let share = share(before, after, width, k);
@@ -440,12 +445,15 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     };
     for k in 0..MOST {
         let width = (high - low).to_f64();
-        if width <= high.to_f64() * 1e-22 {
+        if width <= high.to_f64() * NARROW {
             break;
         }
         let middle = zero(low, high, before, after);
-        let narrower = [1e-6, 1e-4, 1e-2, 0.1, 0.25]
-            .into_iter()
+        // No narrower than is asked for: that takes more digits.
+        let least = (0.4 * NARROW * high.to_f64() / width).max(1e-6);
+        let wider = [1e-4, 1e-2, 0.1, 0.25].into_iter();
+        let narrower = std::iter::once(least)
+            .chain(wider.filter(|narrow| *narrow > least))
             .find_map(|narrow| {
                 let near = DoubleDouble::from(width * narrow);
                 let sides = [middle - near, middle + near];
@@ -498,7 +506,8 @@ fn gain_within(look: &Look<'_>, middle: DoubleDouble, radius: f64) -> Option<(f6
         (size, value.bound + size * f64::EPSILON)
     };
     let whole = known(at(radius, Asked::Value)?);
-    if whole.1 <= GOOD * whole.0 {
+    // Where the function may be 0, its magnitude has no steepness.
+    if whole.1 <= GOOD * whole.0 || whole.1 >= whole.0 {
         return Some(whole);
     }
     let by_middle = || {

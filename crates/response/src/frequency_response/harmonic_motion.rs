@@ -142,6 +142,7 @@ pub(super) fn motion(
     let question = Question {
         block: &block,
         modes: None,
+        modal: &[],
         frequency: frequency.into(),
         columns: &[(pushes, &readings)],
         asked: Asked::Value,

@@ -28,7 +28,7 @@ use pulp::Arch;
 
 use super::dynamic_stiffness::losses;
 use super::enclosure::{Push, Reading};
-use super::in_doubles::{Ports, Value, dense, turn};
+use super::modal_functions::{Ports, Value, dense, turn};
 use super::random::Random;
 
 /// As many frequencies as one product of matrices takes.

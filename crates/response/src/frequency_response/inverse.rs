@@ -1,16 +1,17 @@
 //! The inverse of the dynamic stiffness at one frequency, in doubles, and a proven bound of what it leaves.
 
-use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Lu};
+use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Lu, WideComplex};
 use faer::Mat;
 use num_complex::Complex;
 
+use super::columns::Columns;
 use super::elimination::Row;
 use super::refinement::{ApproximateInverse, FLOOR, UPWARD, largest};
 
 /// S ≈ Z⁻¹.
 pub(super) struct Inverse {
-    /// Z: row, column and entry.
-    entries: Vec<(usize, usize, Ball<DoubleDouble>)>,
+    /// The real and the imaginary part of Z.
+    parts: [Columns<DoubleDouble>; 2],
     inverse: Mat<Complex<f64>>,
     /// |S|.
     size: Mat<f64>,
@@ -55,10 +56,19 @@ impl Inverse {
         });
         let norm = largest(ratios) * UPWARD;
         let lengths = lengths.col_as_slice(0).to_vec();
-        let entries = rows.iter().enumerate();
-        let entries = entries.flat_map(|(i, row)| row.iter().map(move |&(j, entry)| (i, j, entry)));
+        let entries = || {
+            let rows = rows.iter().enumerate();
+            rows.flat_map(|(i, row)| row.iter().map(move |&(j, entry)| (i, j, entry)))
+        };
+        let imaginary = entries().map(|(i, j, entry)| {
+            let part = WideComplex {
+                re: entry.middle().im,
+                im: DoubleDouble::ZERO,
+            };
+            (i, j, Ball::from(part))
+        });
         (norm < 0.5).then(|| Inverse {
-            entries: entries.collect(),
+            parts: [Columns::of(n, entries()), Columns::of(n, imaginary)],
             inverse,
             size,
             lengths,
@@ -96,8 +106,15 @@ impl ApproximateInverse<DoubleDouble> for Inverse {
         x.iter().map(|size| size * UPWARD).collect()
     }
 
-    fn entries(&self) -> &[(usize, usize, Ball<DoubleDouble>)] {
-        &self.entries
+    fn times(&self, x: &[Ball<DoubleDouble>]) -> Vec<Ball<DoubleDouble>> {
+        let turned = |x: &Ball<DoubleDouble>| {
+            let WideComplex { re, im } = x.middle();
+            Ball::new(WideComplex { re: -im, im: re }, x.radius())
+        };
+        let turned: Vec<Ball<DoubleDouble>> = x.iter().map(turned).collect();
+        let [real, imaginary] = &self.parts;
+        let parts = real.times(x).into_iter().zip(imaginary.times(&turned));
+        parts.map(|(real, imaginary)| real + imaginary).collect()
     }
 
     fn defect(&self) -> (&[f64], f64) {
@@ -110,7 +127,7 @@ mod tests {
     use super::*;
     use crate::frequency_response::elimination::{Factor, Outcome};
     use crate::frequency_response::random::Random;
-    use eigentone_digits::{Magnitude, Real, Wide, WideComplex};
+    use eigentone_digits::{Magnitude, Real, Wide};
 
     fn ball<T: Real>(value: Complex<f64>) -> Ball<T> {
         Ball::from(WideComplex {

@@ -11,7 +11,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use super::brackets::{brackets, end, far, grid, narrow};
-use super::in_doubles::turn;
+use super::modal_functions::turn;
 use super::state_form::{Acts, Equations, StateForm, powers};
 use super::transfer::Transfer;
 

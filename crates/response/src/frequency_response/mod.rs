@@ -2,6 +2,7 @@
 //! `march`.
 
 mod brackets;
+mod columns;
 mod dynamic_stiffness;
 mod elimination;
 mod enclosure;
@@ -10,13 +11,14 @@ mod function;
 mod grid;
 mod harmonic_motion;
 mod hessenberg;
-mod in_doubles;
 mod inverse;
 mod level_set;
 mod limit;
+mod modal_functions;
 mod modal_refinement;
 mod modal_series;
 mod modal_sum;
+mod modal_values;
 mod orders;
 mod phasor;
 mod power_series;

@@ -1,4 +1,4 @@
-//! Power series of one function about points of the axis, from modes in O(n) for each coefficient, with proven bounds.
+//! Power series of functions about points of the axis, from modes in O(n) for each coefficient, with proven bounds.
 //!
 //! With s = i(x + ρt) and G = (ix − Λ)⁻¹, the modes y = (s − Λ)⁻¹f under f(t) = Σ fₖtᵏ follow from
 //! yₖ = G(fₖ − iρyₖ₋₁). Where the spectral radius of ρ|G| is less than 1, s − Λ is regular for all complex |t| ≤ 1, and there
@@ -14,7 +14,7 @@
 use eigentone_digits::{Ball, DoubleDouble, Real, WideComplex};
 use num_complex::Complex;
 
-use super::in_doubles::{InDoubles, Input, narrowed, turn};
+use super::modal_functions::{Input, ModalFunctions, narrowed, turn};
 use super::power_series::PowerSeries;
 use super::refinement::UPWARD;
 
@@ -84,7 +84,7 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn of(form: &InDoubles<'_>) -> Bounds {
+    fn of(form: &ModalFunctions<'_>) -> Bounds {
         Bounds {
             moved: 0.0,
             lost: 0.0,
@@ -96,7 +96,7 @@ impl Bounds {
     /// A block under such forces and errors.
     fn add(
         &mut self,
-        form: &InDoubles<'_>,
+        form: &ModalFunctions<'_>,
         start: usize,
         reach: &Reach,
         forces: [f64; 2],
@@ -121,8 +121,14 @@ impl Bounds {
         }
     }
 
-    /// Bounds of the function and of its error, with so much of what moves for rounding; `None` where I − F may be singular.
-    fn ends(&self, form: &InDoubles<'_>, far: f64, rounding: f64) -> Option<[f64; 2]> {
+    /// Bounds of an output and of its error, with so much of what moves for rounding; `None` where I − F may be singular.
+    fn ends(
+        &self,
+        form: &ModalFunctions<'_>,
+        output: usize,
+        far: f64,
+        rounding: f64,
+    ) -> Option<[f64; 2]> {
         let passed = form.passed.iter();
         let moved = passed.fold(self.moved, |sum, (power, size)| {
             sum + size * far.powi(*power)
@@ -134,12 +140,13 @@ impl Bounds {
         }
         let off = (moved * (norm / (1.0 - norm) + rounding) + self.lost) * UPWARD;
         let rows = form.rows.iter().zip(&self.rows);
+        let rows = rows.filter(|((index, _), _)| *index == output);
         let modal: f64 = rows.map(|(&(_, power), size)| size * far.powi(power)).sum();
-        let lengths = form.lengths.iter();
+        let lengths = form.lengths.iter().filter(|(index, ..)| *index == output);
         let error: f64 = lengths
             .map(|&(_, power, length)| length * off * far.powi(power))
             .sum();
-        let direct = form.direct.iter();
+        let direct = form.direct.iter().filter(|(index, ..)| *index == output);
         let direct: f64 = direct
             .map(|&(_, power, part)| part.high().abs() * far.powi(power))
             .sum();
@@ -150,12 +157,12 @@ impl Bounds {
 }
 
 /// (i(x + ρt))^power by powers of t.
-fn turned<T: Real>(x: f64, radius: f64, power: i32) -> Vec<WideComplex<T>> {
+fn turned<T: Real>(x: DoubleDouble, radius: f64, power: i32) -> Vec<WideComplex<T>> {
     let mut parts = vec![WideComplex::new(1.0, 0.0)];
     for _ in 0..power {
         let mut next = vec![WideComplex::ZERO; parts.len() + 1];
         for (k, part) in parts.iter().enumerate() {
-            next[k] += *part * WideComplex::new(0.0, x);
+            next[k] += *part * WideComplex::new(0.0, narrowed::<T>(x));
             next[k + 1] += *part * WideComplex::new(0.0, radius);
         }
         parts = next;
@@ -176,7 +183,7 @@ fn widened<T: Real>(value: T) -> DoubleDouble {
     DoubleDouble::from(high) + (value - T::from(high)).to_f64()
 }
 
-impl InDoubles<'_> {
+impl ModalFunctions<'_> {
     /// How fast the slowest mode that is no rigid motion is, and the fastest, in 1/s; `None` without any.
     pub(super) fn rates(&self) -> Option<[f64; 2]> {
         /// Slower ones, in parts of the fastest, are rigid but for rounding.
@@ -200,9 +207,14 @@ impl InDoubles<'_> {
         (self.columns.len() * (count + 1) * (self.rows.len() + 1)) as u64
     }
 
-    /// The only output about x, with a radius ρ of `least` or more, in the precision of T; `None` where the modes do not prove
-    /// that it is analytic there.
-    pub(super) fn series<T: Real>(&self, x: f64, least: f64, count: usize) -> Option<PowerSeries> {
+    /// All outputs about x, with a radius ρ of `least` or more, in the precision of T; `None` where the modes do not prove
+    /// that they are analytic there.
+    pub(super) fn series<T: Real>(
+        &self,
+        x: DoubleDouble,
+        least: f64,
+        count: usize,
+    ) -> Option<Vec<PowerSeries>> {
         /// Beyond it nothing is gained.
         const MOST: f64 = 0.5;
         let mut steepest = 0.0f64;
@@ -215,10 +227,11 @@ impl InDoubles<'_> {
         if !radius.is_normal() || radius * steepest > 0.9 {
             return None;
         }
-        while 2.0 * radius * steepest < MOST && radius < x {
+        let place = x.to_f64();
+        while 2.0 * radius * steepest < MOST && radius < place {
             radius *= 2.0;
         }
-        let far = (x + radius) * UPWARD;
+        let far = (place + radius) * UPWARD;
         let (rounding, lost) = (self.rounding::<T>(), self.lost());
         let inputs: Vec<(Vec<WideComplex<T>>, &Input)> = self
             .inputs
@@ -267,42 +280,50 @@ impl InDoubles<'_> {
                 }
                 bounds.add(self, start, &reach, forces, errors);
             })?;
-        let [largest, error] = bounds.ends(self, far, rounding).filter(|_| regular)?;
-        let mut coefficients = vec![WideComplex::<T>::ZERO; count];
-        for (sum, &(_, power)) in sums.iter().zip(&self.rows) {
-            for (j, part) in turned::<T>(x, radius, power)
-                .into_iter()
-                .enumerate()
-                .take(count)
-            {
-                for (to, from) in coefficients[j..].iter_mut().zip(sum) {
-                    *to += part * *from;
+        if !regular {
+            return None;
+        }
+        let output = |output: usize| {
+            let [largest, error] = bounds.ends(self, output, far, rounding)?;
+            let mut coefficients = vec![WideComplex::<T>::ZERO; count];
+            let rows = sums.iter().zip(&self.rows);
+            for (sum, &(_, power)) in rows.filter(|(_, (index, _))| *index == output) {
+                for (j, part) in turned::<T>(x, radius, power)
+                    .into_iter()
+                    .enumerate()
+                    .take(count)
+                {
+                    for (to, from) in coefficients[j..].iter_mut().zip(sum) {
+                        *to += part * *from;
+                    }
                 }
             }
-        }
-        for &(_, power, coefficient) in &self.direct {
-            for (to, part) in coefficients.iter_mut().zip(turned(x, radius, power)) {
-                *to += scaled(part, narrowed(coefficient));
+            let direct = self.direct.iter().filter(|(index, ..)| *index == output);
+            for &(_, power, coefficient) in direct {
+                for (to, part) in coefficients.iter_mut().zip(turned(x, radius, power)) {
+                    *to += scaled(part, narrowed(coefficient));
+                }
             }
-        }
-        let known = coefficients.iter().all(|value| value.is_finite());
-        let number = |value: WideComplex<T>| {
-            Ball::new(
-                WideComplex {
-                    re: widened(value.re),
-                    im: widened(value.im),
-                },
-                error.into(),
-            )
+            let known = coefficients.iter().all(|value| value.is_finite());
+            let number = |value: WideComplex<T>| {
+                Ball::new(
+                    WideComplex {
+                        re: widened(value.re),
+                        im: widened(value.im),
+                    },
+                    error.into(),
+                )
+            };
+            known.then(|| PowerSeries {
+                coefficients: coefficients.into_iter().map(number).collect(),
+                largest: largest.into(),
+                radius,
+            })
         };
-        known.then(|| PowerSeries {
-            coefficients: coefficients.into_iter().map(number).collect(),
-            largest: largest.into(),
-            radius,
-        })
+        (0..self.count).map(output).collect()
     }
 
-    /// A pole of a function that is real, between these frequencies or beside them, where the function turns nowhere else between
+    /// A pole of the only output, which is real, between these frequencies or beside them, where the function turns nowhere else between
     /// them: Ω, and a bound of its error, which does not reach the ends. `None` where that is not proved.
     pub(super) fn pole(&self, low: f64, high: f64) -> Option<(f64, f64)> {
         /// How far a pole beyond the ends may be, in parts of their distance.
@@ -339,7 +360,7 @@ impl InDoubles<'_> {
                 .sum()
         };
         let (mut bounds, mut regular) = (Bounds::of(self), true);
-        self.sum.each_block(x, |start, width, inverse, _| {
+        self.sum.each_block(x.into(), |start, width, inverse, _| {
             let reach = match start == own {
                 true => Some(Reach::around(
                     generator,
@@ -355,7 +376,7 @@ impl InDoubles<'_> {
             }
         })?;
         let [largest, error] = bounds
-            .ends(self, far, self.rounding::<f64>())
+            .ends(self, 0, far, self.rounding::<f64>())
             .filter(|_| regular)?;
         let (residue, rounding) = self.residue(own, place, generator);
         let residue = residue - rounding;

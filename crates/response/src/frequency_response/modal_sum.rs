@@ -15,6 +15,7 @@ use eigentone_modes::{MatrixKind, Precision, System};
 use faer::Mat;
 use num_complex::Complex;
 
+use super::columns::Columns;
 use super::dynamic_stiffness::{DynamicStiffness, Frequency};
 use super::modal_refinement::{Block, Rows, corrected_shapes, corrected_weights};
 use super::refinement::{ApproximateInverse, FLOOR, UPWARD, largest};
@@ -37,25 +38,29 @@ pub(super) struct ModalSum {
     pub(super) defects: [Mat<f64>; 3],
     /// A bound of |R|.
     pub(super) residual: Mat<f64>,
-    /// |U|, |W|, |D|.
+    /// |U|, |Wᵀ|, |D|.
     pub(super) sizes: (Mat<f64>, Mat<f64>, Option<Mat<f64>>),
     stiffness: DynamicStiffness,
-    entries: Vec<Entry<DoubleDouble>>,
-    more_entries: OnceLock<Vec<Entry<Wide<4>>>>,
+    matrices: Matrices<DoubleDouble>,
+    wide_matrices: OnceLock<Matrices<Wide<4>>>,
 }
 
+/// K, C and M.
+pub(super) type Matrices<T> = [Columns<T>; 3];
+
 /// Row, column, and the parts of K, C and M.
-pub(super) type Entry<T> = (usize, usize, [Ball<T>; 3]);
+type Entry<T> = (usize, usize, [Ball<T>; 3]);
 
 /// What the sum is at one frequency, and the equations there in the precision of T.
 pub(super) struct At<'a, T> {
     sum: &'a ModalSum,
     /// By block.
     inverses: Vec<Inverse>,
-    /// Z: row, column and entry.
-    entries: Vec<(usize, usize, Ball<T>)>,
-    /// Z′ likewise.
-    slopes: Vec<(usize, usize, Ball<T>)>,
+    matrices: &'a Matrices<T>,
+    /// s and its square.
+    powers: [Ball<T>; 2],
+    /// Their derivatives with respect to Ω.
+    rates: [Ball<T>; 2],
     /// Lengths in which F is small, one for each coordinate.
     lengths: Vec<f64>,
     /// The norm of F in them.
@@ -114,7 +119,8 @@ impl ModalSum {
         let [zeroth, first, _] = defects(&u);
         corrected_shapes(&mut u, &blocks, [&zeroth, &first]);
         let defects = defects(&u);
-        let sizes = (size(&u, states), size(&w, n), direct.as_ref().map(abs));
+        let (u_size, w_size) = (size(&u, states), size(&w, n));
+        let d_size = direct.as_ref().map(abs);
         let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
         let [k_size, c_size, m_size] = kinds.map(|kind| {
             let mut size = Mat::<f64>::zeros(n, n);
@@ -137,9 +143,9 @@ impl ModalSum {
             }
             product
         };
-        let once_size = turned(&sizes.1);
+        let once_size = turned(&w_size);
         let twice_size = turned(&once_size);
-        let size_with = |product: Mat<f64>, size: &Mat<f64>| match &sizes.2 {
+        let size_with = |product: Mat<f64>, size: &Mat<f64>| match &d_size {
             Some(direct) => product + direct * size,
             None => product,
         };
@@ -151,9 +157,9 @@ impl ModalSum {
                 (value[i][j].to_f64().abs() + lost * size[(i, j)]) * UPWARD + FLOOR
             })
         };
-        let inner = &sizes.1 * &c_size + &once_size * &m_size;
-        let zeroth_size = size_with(&sizes.0 * inner, &k_size) + Mat::<f64>::identity(n, n);
-        let first_size = size_with(&sizes.0 * (&sizes.1 * &m_size), &c_size);
+        let inner = &w_size * &c_size + &once_size * &m_size;
+        let zeroth_size = size_with(&u_size * inner, &k_size) + Mat::<f64>::identity(n, n);
+        let first_size = size_with(&u_size * (&w_size * &m_size), &c_size);
         let second_size = size_with(Mat::zeros(n, n), &m_size);
         let [zeroth, first, second] = &defects;
         let defects = [
@@ -163,7 +169,7 @@ impl ModalSum {
         ];
         let residual = bound(
             &residual,
-            &sizes.1 * &k_size + &once_size * &c_size + &twice_size * &m_size,
+            &w_size * &k_size + &once_size * &c_size + &twice_size * &m_size,
         );
         let is_finite = |matrix: &Mat<f64>| {
             (0..matrix.ncols()).all(|j| (0..matrix.nrows()).all(|i| matrix[(i, j)].is_finite()))
@@ -171,8 +177,8 @@ impl ModalSum {
         let finite = defects.iter().all(is_finite) && is_finite(&residual);
         let column = |k: usize| u.iter().map(|row| row[k]).collect();
         finite.then(|| ModalSum {
-            entries,
-            more_entries: OnceLock::new(),
+            matrices: matrices(n, &entries),
+            wide_matrices: OnceLock::new(),
             stiffness,
             shapes: (0..states).map(column).collect(),
             weights: w,
@@ -180,7 +186,7 @@ impl ModalSum {
             blocks,
             defects,
             residual,
-            sizes,
+            sizes: (u_size, w_size.transpose().to_owned(), d_size),
         })
     }
 
@@ -189,22 +195,23 @@ impl ModalSum {
         self.defects[0].nrows()
     }
 
-    /// The entries of Z in double-double.
-    pub(super) fn entries(&self) -> &[Entry<DoubleDouble>] {
-        &self.entries
+    /// K, C and M in double-double.
+    pub(super) fn matrices(&self) -> &Matrices<DoubleDouble> {
+        &self.matrices
     }
 
-    /// The entries of Z in more digits.
-    pub(super) fn more_entries(&self) -> &[Entry<Wide<4>>] {
-        self.more_entries.get_or_init(|| self.stiffness.balls())
+    /// The same in more digits.
+    pub(super) fn wide_matrices(&self) -> &Matrices<Wide<4>> {
+        let wide = || matrices(self.coordinates(), &self.stiffness.balls());
+        self.wide_matrices.get_or_init(wide)
     }
 
-    /// At a frequency, with the entries of Z; `None` where the modes do not prove that Z is regular.
-    pub(super) fn at<T: Real>(
-        &self,
+    /// At a frequency, with K, C and M; `None` where the modes do not prove that Z is regular.
+    pub(super) fn at<'a, T: Real>(
+        &'a self,
         frequency: Frequency,
-        entries: &[Entry<T>],
-    ) -> Option<At<'_, T>> {
+        matrices: &'a Matrices<T>,
+    ) -> Option<At<'a, T>> {
         let n = self.coordinates();
         let s = frequency.power::<DoubleDouble>(1);
         let inverses = self.inverses(s)?;
@@ -213,15 +220,11 @@ impl ModalSum {
         let mut moved = vec![0.0; n];
         for (order, defect) in self.defects.iter().enumerate() {
             let factor = top.powi(order as i32) * UPWARD;
-            for (j, length) in lengths.iter().enumerate() {
-                let length = length * factor;
-                (0..n).for_each(|i| moved[i] += defect[(i, j)] * length);
-            }
+            let lengths = lengths.iter().map(|length| length * factor);
+            add_product(&mut moved, defect, lengths);
         }
         let mut left = vec![0.0; self.residual.nrows()];
-        for (j, length) in lengths.iter().enumerate() {
-            (0..left.len()).for_each(|i| left[i] += self.residual[(i, j)] * length);
-        }
+        add_product(&mut left, &self.residual, lengths.iter().copied());
         self.spread(&inverses, &left, &mut moved);
         let ratios = moved
             .iter()
@@ -231,23 +234,12 @@ impl ModalSum {
         if norm.is_nan() || norm >= 0.5 {
             return None;
         }
-        let powers = [0, 1, 2].map(|order| frequency.power::<T>(order));
-        let rates = super::dynamic_stiffness::slopes(frequency);
-        let with = |sum: Ball<T>, part: Ball<T>, power| match part.is_zero() {
-            true => sum,
-            false => sum + part * power,
-        };
-        let values = entries.iter().map(|&(row, column, [k, c, m])| {
-            let entry = with(with(k, c, powers[1]), m, powers[2]);
-            let slope = with(with(Ball::ZERO, c, rates[0]), m, rates[1]);
-            ((row, column, entry), (row, column, slope))
-        });
-        let (entries, slopes) = values.unzip();
         Some(At {
             sum: self,
             inverses,
-            entries,
-            slopes,
+            matrices,
+            powers: [1, 2].map(|order| frequency.power(order)),
+            rates: super::dynamic_stiffness::slopes(frequency),
             lengths,
             norm,
         })
@@ -271,12 +263,11 @@ impl ModalSum {
             .collect();
         for (block, (_, size)) in self.blocks.iter().zip(inverses) {
             let width = block.width();
-            for (i, square) in squares.iter_mut().enumerate() {
-                for a in 0..width {
-                    for b in 0..width {
-                        let (a_at, b_at) = (block.start + a, block.start + b);
-                        *square += shapes[(i, a_at)] * size[a * width + b] * weights[(b_at, i)];
-                    }
+            for (at, size) in size.iter().enumerate().take(width * width) {
+                let left = shapes.col_as_slice(block.start + at / width);
+                let right = weights.col_as_slice(block.start + at % width);
+                for ((square, left), right) in squares.iter_mut().zip(left).zip(right) {
+                    *square += left * size * right;
                 }
             }
         }
@@ -290,8 +281,9 @@ impl ModalSum {
             for a in 0..width {
                 let terms = (0..width).map(|b| size[a * width + b] * left[block.start + b]);
                 let total: f64 = terms.sum();
-                for (i, sum) in sum.iter_mut().enumerate() {
-                    *sum += self.sizes.0[(i, block.start + a)] * total;
+                let column = self.sizes.0.col_as_slice(block.start + a);
+                for (sum, size) in sum.iter_mut().zip(column) {
+                    *sum += size * total;
                 }
             }
         }
@@ -333,13 +325,19 @@ impl Block {
 impl<T: Real> At<'_, T> {
     /// Z′x.
     pub(super) fn slope(&self, x: &[Ball<T>]) -> Vec<Ball<T>> {
-        let mut product = vec![Ball::ZERO; x.len()];
-        for &(row, column, slope) in &self.slopes {
-            if !slope.is_zero() {
-                product[row] = product[row] + slope * x[column];
+        let mut sum = vec![Ball::ZERO; x.len()];
+        self.add(&mut sum, x, self.rates);
+        sum
+    }
+
+    /// Adds C x and M x times these factors.
+    fn add(&self, sum: &mut [Ball<T>], x: &[Ball<T>], factors: [Ball<T>; 2]) {
+        let rates = self.matrices[1..].iter().zip(factors);
+        for (matrix, factor) in rates.filter(|(matrix, _)| !matrix.is_zero()) {
+            for (sum, part) in sum.iter_mut().zip(matrix.times(x)) {
+                *sum = *sum + part * factor;
             }
         }
-        product
     }
 }
 
@@ -386,25 +384,48 @@ impl<T: Real> ApproximateInverse<T> for At<'_, T> {
 
     fn sizes(&self, right: &[f64]) -> Vec<f64> {
         let (_, weights, direct) = &self.sum.sizes;
-        let mut modal = vec![0.0; weights.nrows()];
+        let modal = (0..weights.ncols()).map(|k| {
+            let terms = weights.col_as_slice(k).iter().zip(right);
+            terms.map(|(weight, value)| weight * value).sum()
+        });
+        let modal: Vec<f64> = modal.collect();
         let mut x = vec![0.0; right.len()];
-        for (j, value) in right.iter().enumerate() {
-            (0..modal.len()).for_each(|k| modal[k] += value * weights[(k, j)]);
-            if let Some(direct) = direct {
-                (0..x.len()).for_each(|i| x[i] += value * direct[(i, j)]);
-            }
+        if let Some(direct) = direct {
+            add_product(&mut x, direct, right.iter().copied());
         }
         self.sum.spread(&self.inverses, &modal, &mut x);
         x.iter().map(|size| size * UPWARD).collect()
     }
 
-    fn entries(&self) -> &[(usize, usize, Ball<T>)] {
-        &self.entries
+    fn times(&self, x: &[Ball<T>]) -> Vec<Ball<T>> {
+        let mut sum = self.matrices[0].times(x);
+        self.add(&mut sum, x, self.powers);
+        sum
     }
 
     fn defect(&self) -> (&[f64], f64) {
         (&self.lengths, self.norm)
     }
+}
+
+/// sum += matrix · x.
+fn add_product(sum: &mut [f64], matrix: &Mat<f64>, x: impl Iterator<Item = f64>) {
+    for (j, x) in x.enumerate() {
+        let column = matrix.col_as_slice(j).iter();
+        sum.iter_mut()
+            .zip(column)
+            .for_each(|(sum, entry)| *sum += entry * x);
+    }
+}
+
+fn matrices<T: Real>(n: usize, entries: &[Entry<T>]) -> Matrices<T> {
+    [0, 1, 2].map(|kind| {
+        let own = entries.iter();
+        Columns::of(
+            n,
+            own.map(|(row, column, parts)| (*row, *column, parts[kind])),
+        )
+    })
 }
 
 fn rows(matrix: &Mat<f64>) -> Rows {
@@ -512,13 +533,15 @@ fn abs(matrix: &Mat<f64>) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::dynamic_stiffness::Part;
-    use super::super::enclosure::{Asked, Enclosed, Push, Question, Reading, enclose};
+    use super::super::enclosure::{Asked, Enclosed, Push, Question, Reading, Value, enclose};
+    use super::super::modal_functions::ModalFunctions;
     use super::super::phasor::Phase;
     use super::*;
     use eigentone_modes::{Beam, BeamEnd, GROUND};
 
-    /// Both ways enclose the same numbers, and modes answer all of the frequencies given.
-    fn assert_agreement(system: &System, frequencies: &[f64]) {
+    /// All ways enclose the same numbers, and modes answer all of the frequencies given. How many their series answer to the last
+    /// digit.
+    fn assert_agreement(system: &System, frequencies: &[f64]) -> usize {
         let stiffness = DynamicStiffness::of(system, &[]);
         let parts: Vec<usize> = stiffness.reached(0..system.len());
         let block = stiffness.block(&parts);
@@ -534,13 +557,16 @@ mod tests {
                 more: Vec::new(),
             })
             .collect();
+        let series = ModalFunctions::of(&sum, &push, &readings).expect("lengths");
+        let mut answered = 0;
         for &frequency in frequencies {
-            let at = sum.at(frequency.into(), sum.entries());
+            let at = sum.at(frequency.into(), sum.matrices());
             assert!(at.is_some(), "{frequency}");
             let [by_modes, by_elimination] = [Some(&sum), None].map(|modes| {
                 let found = enclose(&Question {
                     block: &block,
                     modes,
+                    modal: &[],
                     frequency: frequency.into(),
                     columns: &[(&push, &readings)],
                     asked: Asked::Steepness,
@@ -559,7 +585,29 @@ mod tests {
                 assert!((a - b).abs() <= a_off + b_off, "{frequency}: {a} {b}");
                 assert!(a_off <= 1e-9 * a.abs(), "{frequency}: {a} ± {a_off:e}");
             }
+            // At the frequency, and throughout a range with it.
+            let range = Frequency {
+                middle: (frequency * (1.0 + 0.7e-9)).into(),
+                radius: 1e-9 * frequency,
+                scale: 0,
+            };
+            for asked in [frequency.into(), range] {
+                let values = series.enclosed(asked);
+                answered += usize::from(values.is_some());
+                let all = values.into_iter().flatten().zip(&by_elimination[0]);
+                for ([sum, change], truth) in all {
+                    let known = Value::of(sum, Some(change));
+                    let off = (known.value - truth.value).norm();
+                    let most = known.bound + truth.bound;
+                    assert!(off <= most, "{asked:?}: {known:?} {truth:?}");
+                    if let (Some((a, a_off)), Some((b, b_off))) = (known.steepness, truth.steepness)
+                    {
+                        assert!((a - b).abs() <= a_off + b_off, "{asked:?}: {a} {b}");
+                    }
+                }
+            }
         }
+        answered
     }
 
     /// At the doubles nearest to the roots of given matrices; those of a free beam have two rigid motions that rounding moves.
@@ -587,7 +635,7 @@ mod tests {
             let poles = roots.map(|root| root.value.im).filter(|im| *im > 1.0);
             let poles: Vec<f64> = poles.collect();
             assert_eq!(poles.len(), 24);
-            assert_agreement(&beam, &poles);
+            assert_eq!(assert_agreement(&beam, &poles), 24);
         }
     }
 
@@ -608,7 +656,10 @@ mod tests {
             .spring("node", "m5", 9.0)
             .build()
             .expect("a system");
-        assert_agreement(&system, &[1e-3, 0.4, 1.0, 7.3, 20.0, 1e3]);
+        assert_eq!(
+            assert_agreement(&system, &[1e-3, 0.4, 1.0, 7.3, 20.0, 1e3]),
+            12
+        );
         let beam = System::builder()
             .beam(Beam {
                 name: "mast".to_owned(),
@@ -622,6 +673,9 @@ mod tests {
             .damper(GROUND, "mast.20.w", 3.0)
             .build()
             .expect("a beam");
-        assert_agreement(&beam, &[0.5, 19.0, 19.3, 120.0, 5000.0]);
+        assert_eq!(
+            assert_agreement(&beam, &[0.5, 19.0, 19.3, 120.0, 5000.0]),
+            10
+        );
     }
 }

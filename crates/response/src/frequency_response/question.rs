@@ -13,8 +13,8 @@ use super::enclosure::{Asked, Enclosed, Push, Question, Reading, Value, enclose}
 use super::features::{Features, Glance};
 use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyMethod, FrequencyValue};
 use super::hessenberg::Hessenberg;
-use super::in_doubles::{self, InDoubles, Ports};
 use super::limit::{Limit, limits};
+use super::modal_functions::{self, ModalFunctions, Ports};
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
 use super::sparse_factor;
@@ -263,7 +263,13 @@ impl<'a> FrequencyResponse<'a> {
             let asked: Vec<(&[Push], &[Reading])> = own()
                 .map(|i| (columns[i].pushes.as_slice(), columns[i].readings.as_slice()))
                 .collect();
-            let in_doubles = self.in_doubles(modes, &asked, frequencies);
+            let modal = modes.and_then(|modes| {
+                let all = asked.iter();
+                let all = all.map(|(pushes, readings)| ModalFunctions::of(modes, pushes, readings));
+                all.collect::<Option<Vec<ModalFunctions<'_>>>>()
+            });
+            let modal = modal.unwrap_or_default();
+            let in_doubles = self.in_doubles(&modal, frequencies);
             for (index, &frequency) in frequencies.iter().enumerate() {
                 if let Some(values) = in_doubles.get(index).and_then(Option::as_ref) {
                     let all = own().zip(values);
@@ -279,6 +285,7 @@ impl<'a> FrequencyResponse<'a> {
                 let found = enclose(&Question {
                     block,
                     modes,
+                    modal: &modal,
                     frequency: frequency.into(),
                     columns: &asked,
                     asked: Asked::Value,
@@ -406,11 +413,15 @@ impl<'a> FrequencyResponse<'a> {
             let (grid, blocks, proven) = (&grid, &blocks, &proven);
             let mut centers = Centers::default();
             column.readings.iter().map(move |reading| {
+                let modal = modes.and_then(|modes| {
+                    ModalFunctions::of(modes, &column.pushes, std::slice::from_ref(reading))
+                });
                 let look = |frequency, wanted| {
                     let asked = (column.pushes.as_slice(), std::slice::from_ref(reading));
                     let found = enclose(&Question {
                         block: &blocks[column.block],
                         modes,
+                        modal: modal.as_slice(),
                         frequency,
                         columns: &[asked],
                         asked: wanted,
@@ -426,10 +437,7 @@ impl<'a> FrequencyResponse<'a> {
                         _ => None,
                     }
                 };
-                let in_doubles = modes.and_then(|modes| {
-                    InDoubles::of(modes, &column.pushes, std::slice::from_ref(reading))
-                });
-                let glance = in_doubles.as_ref();
+                let glance = modal.as_ref();
                 let glance = glance.map(|known| |frequency: f64| known.glance(frequency));
                 let glance = glance.as_ref().map(|glance| glance as &Glance<'_>);
                 let block = &blocks[column.block];
@@ -438,7 +446,7 @@ impl<'a> FrequencyResponse<'a> {
                     &column.pushes,
                     reading,
                     middle,
-                    in_doubles.as_ref(),
+                    modal.as_ref(),
                     &mut centers,
                 );
                 for turn in turns.iter_mut().flat_map(|turns| &mut turns.each) {
@@ -569,18 +577,14 @@ impl<'a> FrequencyResponse<'a> {
     /// By frequency, the values of all inputs in doubles, where those are asked for and modes prove them.
     fn in_doubles(
         &self,
-        modes: Option<&ModalSum>,
-        columns: &[(&[Push], &[Reading])],
+        functions: &[ModalFunctions<'_>],
         frequencies: &[f64],
-    ) -> Vec<Option<Vec<Vec<in_doubles::Value>>>> {
-        let Some(modes) = modes.filter(|_| self.precision == Precision::Double) else {
+    ) -> Vec<Option<Vec<Vec<modal_functions::Value>>>> {
+        if self.precision != Precision::Double || functions.is_empty() {
             return Vec::new();
-        };
+        }
         let mut all = vec![Some(Vec::new()); frequencies.len()];
-        for (pushes, readings) in columns {
-            let Some(column) = InDoubles::of(modes, pushes, readings) else {
-                return Vec::new();
-            };
+        for column in functions {
             for (all, values) in all.iter_mut().zip(column.values(frequencies)) {
                 *all = all.take().zip(values).map(|(mut all, values)| {
                     all.push(values);
@@ -726,7 +730,7 @@ impl<'a> FrequencyResponse<'a> {
 }
 
 /// Inputs, and by frequency what each of them does in doubles.
-type Quick = (Vec<Column>, Vec<Option<Vec<Vec<in_doubles::Value>>>>);
+type Quick = (Vec<Column>, Vec<Option<Vec<Vec<modal_functions::Value>>>>);
 
 /// Inputs, blocks, and modes where they are quicker.
 type Parts<'a> = (Vec<Column>, Vec<Block>, Option<&'a ModalSum>);

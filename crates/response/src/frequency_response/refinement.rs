@@ -31,8 +31,8 @@ pub(super) trait ApproximateInverse<T: Real> {
     /// |S| f, from above.
     fn sizes(&self, right: &[f64]) -> Vec<f64>;
 
-    /// Z: row, column and entry.
-    fn entries(&self) -> &[(usize, usize, Ball<T>)];
+    /// Z x.
+    fn times(&self, x: &[Ball<T>]) -> Vec<Ball<T>>;
 
     /// Lengths, and the norm of F in them, which is below ½.
     fn defect(&self) -> (&[f64], f64);
@@ -45,14 +45,11 @@ pub(super) trait ApproximateInverse<T: Real> {
         /// Steps that leave more of the work of the residual are the last.
         const WORTH: f64 = 1e-2;
         let (lengths, norm) = self.defect();
-        let entries = self.entries();
         let mut x = vec![WideComplex::<T>::ZERO; right.len()];
-        let middles = right.iter().map(|right| right.middle());
-        let middles: Vec<WideComplex<T>> = middles.collect();
-        let mut rest = middles.clone();
+        let mut residual = right.to_vec();
         let mut before = f64::INFINITY;
         for step in 0..MOST {
-            let doubles = rest.iter();
+            let doubles = residual.iter().map(|rest| rest.middle());
             let doubles = doubles.map(|rest| Complex::new(rest.re.to_f64(), rest.im.to_f64()));
             let change = self.apply(&doubles.collect::<Vec<_>>());
             for (x, change) in x.iter_mut().zip(change) {
@@ -60,20 +57,17 @@ pub(super) trait ApproximateInverse<T: Real> {
                     *part = *part + T::from(change.high()) + T::from(change.low());
                 }
             }
-            rest.copy_from_slice(&middles);
-            for &(row, column, entry) in entries {
-                rest[row] = rest[row] - entry.middle() * x[column];
-            }
-            let terms = rest.iter().zip(lengths);
-            let work = terms.map(|(rest, length)| rest.norm() * length).sum();
+            let moved = self.times(&x.iter().copied().map(Ball::from).collect::<Vec<_>>());
+            let rest = right.iter().zip(moved).map(|(right, moved)| *right - moved);
+            residual = rest.collect();
+            let terms = residual.iter().zip(lengths);
+            let work = terms
+                .map(|(rest, length)| rest.middle().norm() * length)
+                .sum();
             if step + 1 >= STEPS && work > before * WORTH {
                 break;
             }
             before = work;
-        }
-        let mut residual = right.to_vec();
-        for &(row, column, entry) in entries {
-            residual[row] = residual[row] - entry * Ball::from(x[column]);
         }
         let left: Vec<f64> = residual
             .iter()

@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use super::dynamic_stiffness::{Frequency, Part};
 use super::enclosure::{Push, Reading, Value};
-use super::in_doubles::turn;
+use super::modal_functions::turn;
 
 /// By input, the values of all readings at a frequency in rad/s, and estimates of how far they may be off; `None` where there is
 /// no factor.

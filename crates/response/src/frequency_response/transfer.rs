@@ -3,7 +3,7 @@
 use eigentone_modes::{MatrixKind, System};
 use num_complex::Complex;
 
-use super::in_doubles::{Ports, dense, turn};
+use super::modal_functions::{Ports, dense, turn};
 
 /// One frequency response function H of a system in doubles: for many designs, of which each is asked for little.
 ///

@@ -13,7 +13,7 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
 
 use super::dynamic_stiffness::{Block, Part};
 use super::enclosure::{Push, Reading};
-use super::in_doubles::InDoubles;
+use super::modal_functions::ModalFunctions;
 use super::orders::{Equations, Orders};
 use super::power_series::{
     Center, Entry, NoCenter, Number, Polynomial, PowerSeries, REACH, at_most, real, times,
@@ -82,7 +82,7 @@ const MOST_PRODUCTS: u64 = 300_000_000;
 /// One function, in Ω or in 1/Ω.
 struct Axis<'a> {
     /// Where series by modes answer, and up to where none does.
-    modes: Option<(&'a InDoubles<'a>, f64)>,
+    modes: Option<(&'a ModalFunctions<'a>, f64)>,
     /// In 1/Ω.
     backward: bool,
     /// The first odd powers of x that |h|² and |1/h|² may have, if any.
@@ -108,7 +108,7 @@ pub(super) fn turns(
     pushes: &[Push],
     reading: &Reading,
     middle: f64,
-    modes: Option<&InDoubles<'_>>,
+    modes: Option<&ModalFunctions<'_>>,
     centers: &mut Centers,
 ) -> Option<Turns> {
     /// So much slower and faster than all modes one series is enough, to 0 and to ∞.
@@ -592,7 +592,7 @@ enum Undecided {
 
 /// One interval away from 0, by modes in the precision of T: a series of H, or a pole of a function that is real.
 fn by_modes<T: Real>(
-    modes: &InDoubles<'_>,
+    modes: &ModalFunctions<'_>,
     low: f64,
     high: f64,
     is_real: bool,
@@ -604,7 +604,7 @@ fn by_modes<T: Real>(
     centers.products += modes.products(count);
     let mut undecided = Undecided::Wide;
     let mut by_series = || {
-        let series = modes.series::<T>(x, least, count)?;
+        let series = modes.series::<T>(x.into(), least, count)?.pop()?;
         let slope = Slope::of(&series, 0, Some(1), x)?;
         if slope.is_blind((high - x) / series.radius) {
             undecided = Undecided::Blind;
@@ -942,7 +942,7 @@ mod tests {
                     of: vec![(coordinate, Part::of(power, [1.0; 2]))],
                     more: Vec::new(),
                 };
-                let modes = InDoubles::of(&sum, &pushes, std::slice::from_ref(&reading));
+                let modes = ModalFunctions::of(&sum, &pushes, std::slice::from_ref(&reading));
                 let modes = modes.expect("lengths");
                 let [least, most] = modes.rates().expect("modes");
                 let plain = || Axis::both(&block, &pushes, &reading).expect("quantities");
@@ -961,7 +961,8 @@ mod tests {
                 assert_eq!(by_modes.rises_at_last, by_factors.rises_at_last);
                 // Without damping poles may be near.
                 for x in [0.37, 1.9, 3.1].into_iter().filter(|_| is_damped) {
-                    let one = modes.series::<f64>(x, 1e-3, 12).expect("regular");
+                    let one = modes.series::<f64>(x.into(), 1e-3, 12);
+                    let one = one.and_then(|mut all| all.pop()).expect("regular");
                     let center = axes[0].direct(x - 4e-4, x + 4e-4, &mut centers);
                     let center = center.ok().expect("regular");
                     assert_eq!(center.place(), x);

@@ -1,5 +1,7 @@
-//! Frequency response functions in plain doubles by modes: many frequencies by one product of matrices, and single values
-//! in O(n) each, with bounds from what the modes leave of I − SZ (see `modal_sum`).
+//! Frequency response functions as sums over modes, with what bounds all that the modes leave of I − SZ (see `modal_sum`). Here they are
+//! evaluated in plain doubles: many frequencies by one product of matrices, and single values in O(n) each.
+
+use std::ops::RangeInclusive;
 
 use eigentone_digits::{DoubleDouble, Real, WideComplex};
 use faer::{Mat, MatRef};
@@ -11,7 +13,7 @@ use super::modal_sum::ModalSum;
 use super::refinement::UPWARD;
 
 /// What is read of what one input does.
-pub(super) struct InDoubles<'a> {
+pub(super) struct ModalFunctions<'a> {
     pub(super) sum: &'a ModalSum,
     /// A row for each output and each power of s in it.
     pub(super) outputs: Vec<Vec<DoubleDouble>>,
@@ -26,7 +28,8 @@ pub(super) struct InDoubles<'a> {
     pub(super) lengths: Vec<(usize, i32, f64)>,
     /// By power, a bound of |D||f| in the lengths of the coordinates.
     pub(super) passed: Vec<(i32, f64)>,
-    count: usize,
+    /// How many outputs there are.
+    pub(super) count: usize,
     /// In lengths of the coordinates: bounds of the parts of F that grow with powers of s.
     pub(super) defects: [f64; 3],
     /// Likewise of the columns of U.
@@ -130,13 +133,19 @@ impl Ports {
     }
 }
 
-impl<'a> InDoubles<'a> {
+impl<'a> ModalFunctions<'a> {
+    /// Frequencies whose powers, and what is smaller still, stay within the range of doubles.
+    pub(super) const RANGE: RangeInclusive<f64> = 1e-70..=1e70;
+
+    /// Bounds that are smaller do not count products below the range of doubles.
+    pub(super) const SMALLEST: f64 = 1e-290;
+
     /// Of what loses nothing in springs; `None` where a length is no number.
     pub(super) fn of(
         sum: &'a ModalSum,
         pushes: &[Push],
         readings: &[Reading],
-    ) -> Option<InDoubles<'a>> {
+    ) -> Option<ModalFunctions<'a>> {
         let (n, states) = (sum.coordinates(), sum.shapes.len());
         let Ports {
             acts,
@@ -178,7 +187,7 @@ impl<'a> InDoubles<'a> {
                 let total = terms.fold(DoubleDouble::ZERO, |sum, term| sum + term);
                 let sizes = acts
                     .iter()
-                    .map(|(j, part)| sum.sizes.1[(k, *j)] * part.factor().1.norm());
+                    .map(|(j, part)| sum.sizes.1[(*j, k)] * part.factor().1.norm());
                 (total, sizes.sum::<f64>())
             });
             let (modal, sizes) = modal.unzip();
@@ -219,7 +228,7 @@ impl<'a> InDoubles<'a> {
             let terms = (0..n).map(|j| sum.residual[(k, j)] * lengths[j]);
             terms.sum()
         });
-        Some(InDoubles {
+        Some(ModalFunctions {
             fastest: sum.rates().iter().fold(0.0, |most, rate| rate[1].max(most)),
             count,
             inputs,
@@ -257,7 +266,7 @@ impl<'a> InDoubles<'a> {
             let force = self.force(frequency);
             let known = self
                 .sum
-                .each_block(frequency, |start, width, inverse, off| {
+                .each_block(frequency.into(), |start, width, inverse, off| {
                     for a in 0..width {
                         let (mut y, mut rest, mut size) = (Complex::ZERO, 0.0, 0.0);
                         for b in 0..width {
@@ -320,8 +329,7 @@ impl<'a> InDoubles<'a> {
         let moved = passed.fold(moved, |sum, (power, size)| {
             sum + size * frequency.powi(*power)
         });
-        // Powers of others, and what is smaller still, may leave the range of doubles.
-        if frequency != 0.0 && !(1e-70..=1e70).contains(&frequency) {
+        if frequency != 0.0 && !Self::RANGE.contains(&frequency) {
             return None;
         }
         let [zeroth, first, second] = self.defects;
@@ -329,8 +337,6 @@ impl<'a> InDoubles<'a> {
         if norm.is_nan() || norm > 0.25 {
             return None;
         }
-        /// Bounds that are smaller do not count products below the range of doubles.
-        const SMALLEST: f64 = 1e-290;
         /// Values with a larger relative bound are left to elimination, where more is known of them.
         const LARGEST: f64 = 1e-3;
         /// What the modes leave is of the size of rounding.
@@ -352,7 +358,7 @@ impl<'a> InDoubles<'a> {
         // Beyond all modes their sums cancel, each the more the less the whole moves.
         let cancels = frequency > self.fastest || norm > NEARLY_NOTHING;
         let good = values.iter().all(|(value, bound)| {
-            let is_normal = frequency == 0.0 || *bound >= SMALLEST;
+            let is_normal = frequency == 0.0 || *bound >= Self::SMALLEST;
             let is_known = *bound <= LARGEST * value.norm() || !cancels;
             value.is_finite() && bound.is_finite() && is_normal && is_known
         });
@@ -378,34 +384,38 @@ impl<'a> InDoubles<'a> {
             .enumerate()
             .map(|(row, _)| {
                 let (mut y, mut rate) = (Complex::<f64>::ZERO, Complex::<f64>::ZERO);
-                let known = self.sum.each_block(frequency, |start, width, inverse, _| {
-                    let mut state = [Complex::<f64>::ZERO; 2];
-                    let mut speed = [Complex::<f64>::ZERO; 2];
-                    for b in 0..width {
-                        let force: Complex<f64> = powers()
-                            .map(|(power, modal)| turn(frequency, power) * modal[start + b].high())
-                            .sum();
-                        let slope: Complex<f64> = powers()
-                            .map(|(power, modal)| {
-                                turn(frequency, power - 1)
-                                    * unit
-                                    * f64::from(power)
-                                    * modal[start + b].high()
-                            })
-                            .sum();
-                        for a in 0..width {
-                            state[a] += inverse[a * width + b] * force;
-                            speed[a] += inverse[a * width + b] * slope;
+                let known = self
+                    .sum
+                    .each_block(frequency.into(), |start, width, inverse, _| {
+                        let mut state = [Complex::<f64>::ZERO; 2];
+                        let mut speed = [Complex::<f64>::ZERO; 2];
+                        for b in 0..width {
+                            let force: Complex<f64> = powers()
+                                .map(|(power, modal)| {
+                                    turn(frequency, power) * modal[start + b].high()
+                                })
+                                .sum();
+                            let slope: Complex<f64> = powers()
+                                .map(|(power, modal)| {
+                                    turn(frequency, power - 1)
+                                        * unit
+                                        * f64::from(power)
+                                        * modal[start + b].high()
+                                })
+                                .sum();
+                            for a in 0..width {
+                                state[a] += inverse[a * width + b] * force;
+                                speed[a] += inverse[a * width + b] * slope;
+                            }
                         }
-                    }
-                    for a in 0..width {
-                        // The derivative of (s − Λ)⁻¹ is minus its square.
-                        let back: Complex<f64> =
-                            (0..width).map(|b| inverse[a * width + b] * state[b]).sum();
-                        y += state[a] * self.rounded[(row, start + a)];
-                        rate += (speed[a] - unit * back) * self.rounded[(row, start + a)];
-                    }
-                });
+                        for a in 0..width {
+                            // The derivative of (s − Λ)⁻¹ is minus its square.
+                            let back: Complex<f64> =
+                                (0..width).map(|b| inverse[a * width + b] * state[b]).sum();
+                            y += state[a] * self.rounded[(row, start + a)];
+                            rate += (speed[a] - unit * back) * self.rounded[(row, start + a)];
+                        }
+                    });
                 known.map(|()| (y, rate))
             })
             .collect::<Option<_>>()?;
@@ -451,7 +461,7 @@ impl ModalSum {
     /// that beside rounding; `None` where one is nearly singular.
     pub(super) fn each_block(
         &self,
-        frequency: f64,
+        frequency: DoubleDouble,
         mut visit: impl FnMut(usize, usize, &[Complex<f64>; 4], f64),
     ) -> Option<()> {
         self.each_inverse::<f64>(frequency, |start, width, inverse, off| {
@@ -465,12 +475,12 @@ impl ModalSum {
     /// The same in the precision of T, double-double at most.
     pub(super) fn each_inverse<T: Real>(
         &self,
-        frequency: f64,
+        frequency: DoubleDouble,
         mut visit: impl FnMut(usize, usize, &[WideComplex<T>; 4], f64),
     ) -> Option<()> {
         /// Nearer to a root there are no digits.
         const NEAREST: f64 = 1e-20;
-        let square = DoubleDouble::product(frequency, frequency);
+        let square = frequency * frequency;
         let zero = WideComplex::<T>::ZERO;
         let inverted = |re: T, im: T| {
             let size = re * re + im * im;
@@ -482,8 +492,8 @@ impl ModalSum {
         for block in &self.blocks {
             match *block.generator.as_slice() {
                 [a] => {
-                    let (re, im) = (narrowed::<T>(-a), T::from(frequency));
-                    if re.to_f64().hypot(frequency) < f64::MIN_POSITIVE {
+                    let (re, im) = (narrowed::<T>(-a), narrowed::<T>(frequency));
+                    if re.to_f64().hypot(im.to_f64()) < f64::MIN_POSITIVE {
                         return None;
                     }
                     visit(block.start, 1, &[inverted(re, im), zero, zero, zero], 0.0);
@@ -500,7 +510,7 @@ impl ModalSum {
                     let inverse = inverted(narrowed(re), narrowed(im));
                     let minus = |entry: DoubleDouble| WideComplex {
                         re: narrowed::<T>(-entry),
-                        im: T::from(frequency),
+                        im: narrowed::<T>(frequency),
                     };
                     let real = |entry: DoubleDouble| WideComplex {
                         re: narrowed::<T>(entry),

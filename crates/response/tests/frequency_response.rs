@@ -1218,6 +1218,65 @@ fn peaks_of_large_systems_are_found_by_a_sparse_factor() {
     }
 }
 
+/// One mass, whose peak is narrower than the doubles beside it are apart, down to 1e-25 of its frequency.
+#[test]
+fn narrow_peaks_have_gains_and_widths() {
+    for damping in [1e-14, 3e-16, 1e-18, 1e-19, 1e-20, 1e-22, 1e-24] {
+        let system = System::builder().mass("a", 1.0).spring(GROUND, "a", 3.0);
+        let system = system.damper(GROUND, "a", damping).build();
+        let found = features(&system.expect("a system"), "a", "a");
+        let peak = found.peaks()[0];
+        let root = 3f64.sqrt();
+        let (gain, bound) = peak.gain().expect("it is finite");
+        let truth = 1.0 / (damping * root);
+        assert!((gain - truth).abs() <= bound + 4e-16 * truth, "{damping}");
+        assert!(bound <= 1e-7 * gain, "{damping}: {bound:e}");
+        let width = peak.relative_width().expect("it falls");
+        assert_near(width, damping / root, 1e-6);
+        let [low, high] = peak.half_power().expect("it falls");
+        let place = peak.frequency().0;
+        assert!(low <= place && place <= high);
+        assert_near(high - low, damping, f64::EPSILON * 4.0 / damping);
+    }
+}
+
+/// Of an acceleration that grows with the frequency: bands whose one end is higher than the point of the grid beside it, and lower
+/// than the peak between both.
+#[test]
+fn a_peak_beside_the_end_of_a_band_is_found() {
+    let (stiffness, damping) = (100.0, 6.0);
+    let system = System::builder()
+        .mass("a", 1.0)
+        .support("g")
+        .spring("g", "a", stiffness)
+        .damper("g", "a", damping)
+        .build()
+        .expect("a system");
+    let asked = FrequencyResponse::of(&system).from("g").to("a");
+    let asked = asked.quantity(Quantity::Acceleration);
+    let gain = |omega: f64| {
+        let pull = Complex::new(stiffness, omega * damping);
+        (omega * omega * pull / (pull - omega * omega)).norm()
+    };
+    let mut place = 11.0;
+    while gain(place + 1e-6) > gain(place) {
+        place += 1e-6;
+    }
+    let modes = system.modes().expect("modes");
+    let roots: Vec<Complex<f64>> = modes.eigenvalues().iter().map(|root| root.value).collect();
+    for apart in [1e-4, 1e-3, 1e-2, 0.1] {
+        for [low, high] in [
+            [place * (1.0 - apart), 1.1 * place],
+            [0.5 * place, place * (1.0 + apart)],
+        ] {
+            let peaks = asked.peaks_about(&roots, low, high).expect("values");
+            let peaks = peaks.expect("they are known").into_iter();
+            let highest = peaks.map(|(_, gain)| gain).fold(0.0, f64::max);
+            assert_near(highest, gain(place), 1e-10);
+        }
+    }
+}
+
 /// A wheel follows a road nearly rigidly: its peak rises above 1 by 1e-4 only, within a wide bracket.
 #[test]
 fn flat_turns_are_as_sharp_as_others() {

@@ -13,13 +13,15 @@ const FAR: f64 = 67_108_864.0;
 /// Three points of which the middle one is the largest.
 pub(super) type Bracket = [(f64, f64); 3];
 
-/// Frequencies between which no peak hides but by chance: evenly spread ones, some about each pole, a few far beyond them, and
-/// both ends.
+/// Frequencies between which no peak hides but by chance: evenly spread ones, some about each pole, a few far beyond them, both
+/// ends, and some beside these.
 pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
     const EVEN: usize = 60;
     /// Farther from all poles, in powers of ten, magnitudes differ from their limits by less than 1e-12.
     const BEYOND: i32 = 6;
     const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
+    /// So many points come nearer to each end, each ten times: a peak that is still nearer is as high as the end but for 1e-9.
+    const CLOSER: i32 = 5;
     /// Between points that are nearer to each other nothing but rounding differs.
     const NEAR: f64 = 1e-12;
     let sizes = || {
@@ -37,6 +39,19 @@ pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
     }
     grid.extend([low, high]);
     grid.retain(|at| at.is_finite() && (low..=high).contains(at));
+    sort_by_number(&mut grid, |omega| *omega);
+    // A peak beside an end is between points that are lower.
+    let ends = [
+        (low, grid.iter().find(|at| **at > low)),
+        (high, grid.iter().rfind(|at| **at < high)),
+    ];
+    let beside = ends.into_iter().flat_map(|(end, next)| {
+        let gap = next.filter(|_| end.is_finite()).map(|next| next - end);
+        let gap = gap.into_iter();
+        gap.flat_map(move |gap| (1..=CLOSER).map(move |k| end + gap * 10f64.powi(-k)))
+    });
+    let beside: Vec<f64> = beside.collect();
+    grid.extend(beside);
     sort_by_number(&mut grid, |omega| *omega);
     grid.dedup_by(|at, before| {
         let near = *at - *before <= NEAR * *at;

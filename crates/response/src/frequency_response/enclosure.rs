@@ -3,32 +3,14 @@
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex, decimal_digits};
 use num_complex::Complex;
 
-use super::dynamic_stiffness::{Block, Frequency, Part};
+use super::dynamic_stiffness::{Block, Frequency};
 use super::elimination::{Factor, Outcome, scaled};
 use super::function::FrequencyMethod;
 use super::inverse::Inverse;
 use super::modal_functions::ModalFunctions;
 use super::modal_sum::{Matrices, ModalSum};
-use super::phasor::Phase;
+use super::ports::{Push, Reading};
 use super::refinement::ApproximateInverse;
-
-/// What acts on a coordinate: a part of the right-hand side.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Push {
-    /// Its index in the system.
-    pub(super) coordinate: usize,
-    pub(super) part: Part,
-    pub(super) phase: Phase,
-}
-
-/// A sum of amplitudes that is asked for.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Reading {
-    /// Indices of coordinates, and what their amplitudes are multiplied by; those that nothing reaches stand still.
-    pub(super) of: Vec<(usize, Part)>,
-    /// What is added to it.
-    pub(super) more: Vec<Part>,
-}
 
 /// All that acts at a frequency, on one block, and what is asked of it.
 pub(super) struct Question<'a> {

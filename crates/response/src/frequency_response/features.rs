@@ -12,6 +12,9 @@ use super::turns::Turns;
 pub struct Peak {
     frequency: (f64, f64),
     gain: Option<(f64, f64)>,
+    /// The true place, in more digits.
+    middle: DoubleDouble,
+    /// How far from there the frequencies of half power are.
     half_power: Option<[f64; 2]>,
 }
 
@@ -20,6 +23,7 @@ impl Peak {
         Peak {
             frequency,
             gain: None,
+            middle: frequency.0.into(),
             half_power: None,
         }
     }
@@ -37,13 +41,15 @@ impl Peak {
     }
 
     /// The frequencies below and above a peak at which the magnitude is 1/√2 of it, in rad/s, to the last digits; `None`
-    /// for a dip, and where the magnitude does not fall so far before it rises again.
+    /// for a dip, where the magnitude does not fall so far before it rises again, and for a peak narrower than 1e-25 of its frequency.
     pub fn half_power(&self) -> Option<[f64; 2]> {
-        self.half_power
+        let offsets = self.half_power?;
+        Some(offsets.map(|offset| (self.middle + DoubleDouble::from(offset)).to_f64()))
     }
 
     /// The difference of the half-power frequencies over the frequency of the peak: the loss factor, and nearly 2ζ of a
-    /// mode that stands by itself (Ewins 2000, *Modal Testing*, section 4.3.2).
+    /// mode that stands by itself (Ewins 2000, *Modal Testing*, section 4.3.2). It has digits where no double is between the
+    /// frequencies too.
     pub fn relative_width(&self) -> Option<f64> {
         self.half_power
             .map(|[low, high]| (high - low) / self.frequency.0)
@@ -203,8 +209,10 @@ impl Features {
             peak.half_power = peak.gain.and_then(|(gain, _)| {
                 let place = peak.frequency.0;
                 let ends = [first.min(place) / beyond, last.max(place) * beyond];
-                let all = &features.dips;
-                half_power(look, glance, place, gain, all, ends)
+                let dips = || features.dips.iter().map(|dip| dip.frequency.0);
+                let low = dips().filter(|dip| *dip < place).fold(ends[0], f64::max);
+                let high = dips().filter(|dip| *dip > place).fold(ends[1], f64::min);
+                half_power(look, glance, peak.middle, gain, [low, high])
             });
         }
         features.low = asymptote(look, first * FAR.recip());
@@ -397,8 +405,10 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     const MOST: usize = 160;
     /// Within it the steepness is a straight line, to its square.
     const STRAIGHT: f64 = 1e-5;
-    /// How narrow the bracket is to become, in parts of the frequency.
-    const NARROW: f64 = 1e-22;
+    /// How narrow the brackets of dips and of peaks are to become, in parts of the frequency: these rise steeply beside their top.
+    const NARROW: [f64; 2] = [1e-22, 1e-25];
+    /// Within the bracket a peak's magnitude is the same but for this part of it.
+    const FLAT: f64 = 1e-14;
     /// A magnitude with fewer digits is none: there may be a pole.
     const KNOWN: f64 = 1e-6;
     let (mut low, mut high, mut before, mut after) = (low, high, before, after);
@@ -445,12 +455,20 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     };
     for k in 0..MOST {
         let width = (high - low).to_f64();
-        if width <= high.to_f64() * NARROW {
+        let goal = high.to_f64() * NARROW[usize::from(before > 0.0)];
+        let steep = before.abs().max(after.abs()) * width;
+        let is_known = before < 0.0 || steep < FLAT;
+        if width <= goal && is_known {
             break;
         }
         let middle = zero(low, high, before, after);
         // No narrower than is asked for: that takes more digits.
-        let least = (0.4 * NARROW * high.to_f64() / width).max(1e-6);
+        let least = if width > goal {
+            0.4 * goal / width
+        } else {
+            0.0
+        };
+        let least = least.max(1e-6);
         let wider = [1e-4, 1e-2, 0.1, 0.25].into_iter();
         let narrower = std::iter::once(least)
             .chain(wider.filter(|narrow| *narrow > least))
@@ -484,6 +502,7 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
             let is_dip = before < 0.0;
             gain.is_finite() && bound.is_finite() && (is_dip || *bound <= KNOWN * gain)
         }),
+        middle,
         half_power: None,
     }
 }
@@ -521,63 +540,76 @@ fn gain_within(look: &Look<'_>, middle: DoubleDouble, radius: f64) -> Option<(f6
     Some(closer.unwrap_or(whole))
 }
 
-/// Where the magnitude is 1/√2 of a peak's, below and above: sought by glances, if there are any, and found by looks.
+/// How far below and above a peak the magnitude is 1/√2 of what it is there: sought by glances, if there are any, and found by
+/// looks. It is nowhere as low between the peak and the ends but for the place sought.
 fn half_power(
     look: &Look<'_>,
     glance: Option<&Glance<'_>>,
-    peak: f64,
+    peak: DoubleDouble,
     gain: f64,
-    dips: &[Peak],
     ends: [f64; 2],
 ) -> Option<[f64; 2]> {
-    let dips = || dips.iter().map(|dip| dip.frequency.0);
-    let low = dips().filter(|dip| *dip < peak).fold(ends[0], f64::max);
-    let high = dips().filter(|dip| *dip > peak).fold(ends[1], f64::min);
+    /// Narrower peaks, in parts of their frequency, have too few doubles for glances.
+    const WIDE: f64 = 1e-9;
     let level = gain * std::f64::consts::FRAC_1_SQRT_2;
-    let above = |frequency: f64| {
-        let value = look(frequency.into(), Asked::Steepness)?;
+    let place = peak.to_f64();
+    let ends = ends.map(|end| (DoubleDouble::from(end) - peak).to_f64());
+    let above = |offset: f64| {
+        let frequency = Frequency {
+            middle: peak + DoubleDouble::from(offset),
+            radius: 0.0,
+            scale: 0,
+        };
+        let value = look(frequency, Asked::Steepness)?;
         let (rise, _) = value.steepness?;
         Some(((value.value.norm() / level).ln(), rise))
     };
     let nearly = glance.and_then(|glance| {
-        let above = |frequency: f64| {
-            let (size, rise) = glance(frequency)?;
+        let above = |offset: f64| {
+            let (size, rise) = glance((peak + DoubleDouble::from(offset)).to_f64())?;
             Some(((size / level).ln(), rise))
         };
-        crossings(&above, peak, [low, high])
+        let found = crossings(&above, place, ends)?;
+        let is_known = |offset: &f64| offset.abs() > WIDE * place;
+        found.iter().all(is_known).then_some(found)
     });
     let closer = |from: f64| {
         /// Steps of Newton's method from what doubles say.
-        const STEPS: usize = 4;
+        const STEPS: usize = 5;
         /// Farther from there it may be another crossing.
-        const NEAR: f64 = 1e-6;
+        const NEAR: f64 = 1e-4;
         let mut at = from;
         for _ in 0..STEPS {
             let (height, rise) = above(at)?;
             let next = at - height / rise;
-            if (next - at).abs() <= next * f64::EPSILON {
+            if (next - at).abs() <= next.abs() * ROUNDING {
                 return Some(next);
             }
-            at = Some(next).filter(|next| (next - from).abs() <= NEAR * from)?;
+            at = Some(next).filter(|next| (next - from).abs() <= NEAR * from.abs())?;
         }
         None
     };
     let near = nearly.and_then(|[low, high]| Some([closer(low)?, closer(high)?]));
-    near.or_else(|| crossings(&above, peak, [low, high]))
+    near.or_else(|| crossings(&above, place, ends))
 }
 
-/// Where the magnitude crosses a level below and above a peak, given how far above the level it is on a logarithmic scale and
-/// how steep that is.
+/// What rounding leaves open of offsets, in parts of them.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// How far below and above a peak the magnitude crosses a level, given how far above the level it is on a logarithmic scale and
+/// how steep that is, so far from the peak.
 fn crossings(
     above: &dyn Fn(f64) -> Option<(f64, f64)>,
     peak: f64,
     [low, high]: [f64; 2],
 ) -> Option<[f64; 2]> {
+    /// Narrower peaks, in parts of their frequency, have too few digits.
+    const NARROWEST: f64 = 1e-25;
     // A peak by itself is 1/(1 + (x/σ)²), of which the steepness is −x/(x² + σ²).
     let mut x = peak * 1e-4;
     let mut width = 0.0;
-    while width <= 0.0 && x > peak * f64::EPSILON {
-        let (_, rise) = above(peak + x)?;
+    while width <= 0.0 && x > peak * NARROWEST {
+        let (_, rise) = above(x)?;
         let square = -x / rise - x * x;
         width = if square > 0.01 * x * x {
             square.sqrt()
@@ -586,13 +618,12 @@ fn crossings(
         };
         x /= 100.0;
     }
-    let width = width.max(peak * 4.0 * f64::EPSILON);
+    let width = width.max(peak * NARROWEST);
     let search = |end: f64| {
-        let side = (end - peak).signum();
-        let (mut inner, mut reach) = (peak, width);
+        let (mut inner, mut reach) = (0.0, width);
         let mut outer = loop {
-            let next = peak + side * reach;
-            if (end - next) * side <= 0.0 {
+            let next = reach.copysign(end);
+            if next.abs() >= end.abs() {
                 break (above(end)?.0 <= 0.0).then_some(end)?;
             }
             if above(next)?.0 <= 0.0 {
@@ -602,8 +633,11 @@ fn crossings(
         };
         let mut next = f64::midpoint(inner, outer);
         loop {
-            if (next - inner) * side <= 0.0 || (outer - next) * side <= 0.0 {
+            if next.abs() <= f64::abs(inner) || next.abs() >= outer.abs() {
                 next = f64::midpoint(inner, outer);
+            }
+            if next.abs() < peak * NARROWEST {
+                return None;
             }
             if next == inner || next == outer {
                 return Some(outer);
@@ -614,7 +648,7 @@ fn crossings(
                 false => outer = next,
             }
             let newton = next - height / rise;
-            if (newton - next).abs() <= next * f64::EPSILON {
+            if (newton - next).abs() <= next.abs() * ROUNDING {
                 return Some(newton);
             }
             next = newton;

@@ -5,7 +5,8 @@ use num_complex::Complex;
 use thiserror::Error;
 
 use super::dynamic_stiffness::{DynamicStiffness, Part};
-use super::enclosure::{Asked, Enclosed, Push, Question, Reading, Value, enclose};
+use super::enclosure::{Asked, Enclosed, Question, Value, enclose};
+use super::ports::{Push, Reading};
 
 /// A motion x(t) = Im(X e^{iΩt}) of all coordinates with one frequency.
 #[derive(Clone, Debug, PartialEq)]

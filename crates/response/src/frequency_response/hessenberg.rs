@@ -27,8 +27,8 @@ use num_complex::Complex;
 use pulp::Arch;
 
 use super::dynamic_stiffness::losses;
-use super::enclosure::{Push, Reading};
-use super::modal_functions::{Ports, Value, dense, turn};
+use super::modal_functions::{Value, turn};
+use super::ports::{Ports, Push, Reading, dense};
 use super::random::Random;
 
 /// As many frequencies as one product of matrices takes.

@@ -14,7 +14,8 @@ use eigentone_digits::{Ball, Magnitude, Real, Wide};
 
 use super::dynamic_stiffness::{Block, Frequency, Part, RowSize};
 use super::elimination::{Factor, Outcome};
-use super::enclosure::{MOST_WORK, Push, Reading, Value, by_scaled, rounded};
+use super::enclosure::{MOST_WORK, Value, by_scaled, rounded};
+use super::ports::{Push, Reading};
 
 /// What a function tends to for Ω → 0.
 #[derive(Clone, Copy, Debug)]

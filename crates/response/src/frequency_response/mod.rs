@@ -21,6 +21,7 @@ mod modal_sum;
 mod modal_values;
 mod orders;
 mod phasor;
+mod ports;
 mod power_series;
 mod question;
 mod random;

@@ -533,9 +533,10 @@ fn abs(matrix: &Mat<f64>) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::dynamic_stiffness::Part;
-    use super::super::enclosure::{Asked, Enclosed, Push, Question, Reading, Value, enclose};
+    use super::super::enclosure::{Asked, Enclosed, Question, Value, enclose};
     use super::super::modal_functions::ModalFunctions;
     use super::super::phasor::Phase;
+    use super::super::ports::{Push, Reading};
     use super::*;
     use eigentone_modes::{Beam, BeamEnd, GROUND};
 

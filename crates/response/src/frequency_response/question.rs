@@ -9,14 +9,15 @@ use eigentone_modes::{
 use thiserror::Error;
 
 use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried, losses};
-use super::enclosure::{Asked, Enclosed, Push, Question, Reading, Value, enclose};
+use super::enclosure::{Asked, Enclosed, Question, Value, enclose};
 use super::features::{Features, Glance};
 use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyMethod, FrequencyValue};
 use super::hessenberg::Hessenberg;
 use super::limit::{Limit, limits};
-use super::modal_functions::{self, ModalFunctions, Ports};
+use super::modal_functions::{self, ModalFunctions};
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
+use super::ports::{Ports, Push, Reading};
 use super::sparse_factor;
 use super::transfer::Transfer;
 use super::turns::{Centers, turns};

@@ -3,9 +3,9 @@
 use eigentone_modes::System;
 
 use super::dynamic_stiffness::Part;
-use super::enclosure::Push;
 use super::harmonic_motion::{HarmonicMotion, SteadyStateError, motion};
 use super::phasor::Phase;
+use super::ports::Push;
 
 /// The receptances of a system at `frequency` rad/s: the amplitudes of all coordinates, in m for
 /// each N, under the force e^{iΩt} on the coordinate `on`. That is one column of

@@ -5,8 +5,9 @@ use eigentone_modes::SparseDynamicStiffness;
 use num_complex::Complex;
 
 use super::dynamic_stiffness::{Frequency, Part};
-use super::enclosure::{Push, Reading, Value};
+use super::enclosure::Value;
 use super::modal_functions::turn;
+use super::ports::{Push, Reading};
 
 /// By input, the values of all readings at a frequency in rad/s, and estimates of how far they may be off; `None` where there is
 /// no factor.

@@ -1,9 +1,9 @@
 //! What remains of a damped motion under harmonic loads once the transient has died out.
 
 use super::dynamic_stiffness::Part;
-use super::enclosure::Push;
 use super::harmonic_motion::{HarmonicMotion, SteadyStateError, motion};
 use super::phasor::Phase;
+use super::ports::Push;
 use crate::problem::{Load, Problem};
 
 /// The steady state under a problem's harmonic loads: for each of their frequencies Ω the complex

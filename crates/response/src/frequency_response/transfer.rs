@@ -3,7 +3,8 @@
 use eigentone_modes::{MatrixKind, System};
 use num_complex::Complex;
 
-use super::modal_functions::{Ports, dense, turn};
+use super::modal_functions::turn;
+use super::ports::{Ports, dense};
 
 /// One frequency response function H of a system in doubles: for many designs, of which each is asked for little.
 ///

@@ -12,9 +12,9 @@ use std::rc::Rc;
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
 
 use super::dynamic_stiffness::{Block, Part};
-use super::enclosure::{Push, Reading};
 use super::modal_functions::ModalFunctions;
 use super::orders::{Equations, Orders};
+use super::ports::{Push, Reading};
 use super::power_series::{
     Center, Entry, NoCenter, Number, Polynomial, PowerSeries, REACH, at_most, real, times,
 };

@@ -1240,6 +1240,48 @@ fn narrow_peaks_have_gains_and_widths() {
     }
 }
 
+/// Peaks among others, high and low ones: at both frequencies the magnitude is 1/√2 of that of the peak, one below and one above it.
+#[test]
+fn half_power_is_on_both_sides_of_each_peak() {
+    let mut numbers = Random(11);
+    let mut between = |low: f64, high: f64| low + 0.5 * (high - low) * (numbers.signed() + 1.0);
+    let mut seen = 0;
+    for n in [4, 8, 14] {
+        let masses: Vec<(String, f64)> = (0..n)
+            .map(|i| (format!("m{i}"), between(0.3, 3.0)))
+            .collect();
+        let masses: Vec<(&str, f64)> = masses.iter().map(|(name, m)| (&name[..], *m)).collect();
+        let stiffness: Vec<f64> = (0..n).map(|_| between(10.0, 900.0)).collect();
+        let damping: Vec<f64> = (0..n).map(|_| between(0.0, 0.05)).collect();
+        let system = in_a_row(&masses, &stiffness, &damping);
+        for to in ["m0", "m1", "m3"] {
+            let found = features(&system, "m2", to);
+            for peak in found.peaks() {
+                let Some(ends) = peak.half_power() else {
+                    continue;
+                };
+                let (place, gain) = (peak.frequency().0, peak.gain().expect("it is damped").0);
+                assert!(ends[0] < place && place < ends[1], "{ends:?} {place}");
+                let width = (ends[1] - ends[0]) / place;
+                assert_near(
+                    peak.relative_width().expect("it has one"),
+                    width,
+                    1e-15 / width,
+                );
+                let asked = FrequencyResponse::of(&system).from("m2").to(to);
+                let values = asked.at(&ends).expect("values");
+                for value in values.functions()[0].values() {
+                    let (value, _) = value.known().expect("no pole");
+                    let half = gain * std::f64::consts::FRAC_1_SQRT_2;
+                    assert_near(value.norm(), half, 1e-14 / width);
+                }
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 40, "{seen}");
+}
+
 /// Of an acceleration that grows with the frequency: bands whose one end is higher than the point of the grid beside it, and lower
 /// than the peak between both.
 #[test]

@@ -143,6 +143,9 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
 
 /// All values by series from modes, where these show as much as is asked for.
 fn by_series(question: &Question<'_>) -> Option<Vec<Vec<Value>>> {
+    /// Bounds of values are as good as those by more digits.
+    const UNSEEN: i64 = -64;
+    let unseen = Magnitude::power_of_two(UNSEEN);
     let Question { modal, asked, .. } = question;
     if modal.len() < question.columns.len() {
         return None;
@@ -152,7 +155,7 @@ fn by_series(question: &Question<'_>) -> Option<Vec<Vec<Value>>> {
         let values = numbers.map(|[sum, change]| {
             let change = (*asked != Asked::Value).then_some(change);
             let value = Value::of(sum, change);
-            let known = *asked == Asked::Sign || is_to_last_digit(sum);
+            let known = *asked == Asked::Sign || sum.radius() <= sum.lower() * unseen;
             (known && value.rises(*asked)).then_some(value)
         });
         values.collect()
@@ -318,17 +321,12 @@ impl Value {
     }
 }
 
-/// Whether a number is known to a double's last digit.
-fn is_to_last_digit<T: Real>(x: Ball<T>) -> bool {
-    const LAST_DIGIT: i64 = -56;
-    x.radius() <= x.lower() * Magnitude::power_of_two(LAST_DIGIT)
-}
-
 /// Whether a number is known to a double's last digit, or may be 0 and is nothing beside what it might be. In a range of
 /// frequencies it need not be 0 for that: values differ there.
 fn is_good<T: Real>(x: Ball<T>, size: Magnitude, range: bool) -> bool {
+    const LAST_DIGIT: i64 = -56;
     const NOTHING: [f64; 2] = [1e-30, 1e-18];
-    is_to_last_digit(x)
+    x.radius() <= x.lower() * Magnitude::power_of_two(LAST_DIGIT)
         || (range || x.lower() == Magnitude::ZERO)
             && x.radius() <= size * Magnitude::from(NOTHING[usize::from(range)])
 }

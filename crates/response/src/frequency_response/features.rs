@@ -162,9 +162,10 @@ impl Features {
                     return Some((true, Peak::pole(frequency)));
                 }
                 let [low, high] = turn.ends;
-                let quick = || found(look, glance, turn.ends, [steep(low)?, steep(high)?]);
+                let real = turns.is_real;
+                let quick = || found(look, glance, turn.ends, [steep(low)?, steep(high)?], real);
                 // Doubles may not tell the signs where a function has fallen far.
-                quick().or_else(|| found(look, None, turn.ends, [sure(low)?, sure(high)?]))
+                quick().or_else(|| found(look, None, turn.ends, [sure(low)?, sure(high)?], real))
             });
             let found = found.collect::<Option<Vec<(bool, Peak)>>>()?;
             // As many as there are, if no two are the same.
@@ -189,7 +190,8 @@ impl Features {
                 .collect();
             let pairs = known.windows(2);
             let found = pairs.filter_map(|pair| {
-                found(look, glance, [pair[0].0, pair[1].0], [pair[0].1, pair[1].1])
+                let [ends, rises] = [[pair[0].0, pair[1].0], [pair[0].1, pair[1].1]];
+                found(look, glance, ends, rises, false)
             });
             found.collect()
         });
@@ -273,12 +275,14 @@ fn is_pole(look: &Look<'_>, turns: &Turns, peak: f64) -> bool {
     turns.is_real && signs.is_some_and(|(before, after)| (before * after.conj()).re < 0.0)
 }
 
-/// What is between two frequencies where the steepness has these signs: whether it is a peak, and where.
+/// What is between two frequencies where the steepness has these signs: whether it is a peak, and where. The function may be known to
+/// be real at all frequencies, or imaginary.
 fn found(
     look: &Look<'_>,
     glance: Option<&Glance<'_>>,
     ends: [f64; 2],
     rises: [f64; 2],
+    real: bool,
 ) -> Option<(bool, Peak)> {
     let is_peak = match rises {
         [before, after] if before > 0.0 && after < 0.0 => true,
@@ -287,7 +291,7 @@ fn found(
     };
     let near = glance.and_then(|glance| near(look, glance, ends, rises));
     let bracket = near.or_else(|| certain(look, ends, rises[0]))?;
-    Some((is_peak, turn(look, bracket.0, bracket.1)))
+    Some((is_peak, turn(look, bracket, real)))
 }
 
 /// The value at a frequency; `None` at a pole.
@@ -401,17 +405,19 @@ fn pole(
 }
 
 /// The zero of the steepness within a bracket.
-fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 2]) -> Peak {
+fn turn(look: &Look<'_>, (ends, rises): Bracket, real: bool) -> Peak {
     const MOST: usize = 160;
     /// Within it the steepness is a straight line, to its square.
     const STRAIGHT: f64 = 1e-5;
-    /// How narrow the brackets of dips and of peaks are to become, in parts of the frequency: these rise steeply beside their top.
+    /// How narrow the brackets of zeros and of others are to become, in parts of the frequency: within them magnitudes are to be known.
     const NARROW: [f64; 2] = [1e-22, 1e-25];
+    /// Peaks that are not flat within this part of it may be poles.
+    const NARROWEST: f64 = 1e-28;
     /// Within the bracket a peak's magnitude is the same but for this part of it.
     const FLAT: f64 = 1e-14;
     /// A magnitude with fewer digits is none: there may be a pole.
     const KNOWN: f64 = 1e-6;
-    let (mut low, mut high, mut before, mut after) = (low, high, before, after);
+    let ([mut low, mut high], [mut before, mut after]) = (ends, rises);
     let at = |middle: DoubleDouble| {
         let frequency = Frequency {
             scale: 0,
@@ -427,9 +433,9 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     for k in 0..MOST {
         let width = (high - low).to_f64();
         let steep = before.abs().max(after.abs()) * width;
-        // Beside a zero of the function its inverse is the distance from there.
+        // Beside a zero of the function, or a pole, its inverse is the distance from there.
         let distance = (after.recip() - before.recip()) / width;
-        let is_straight = steep < STRAIGHT || (distance - 1.0).abs() < STRAIGHT;
+        let is_straight = steep < STRAIGHT || (distance.abs() - 1.0).abs() < STRAIGHT;
         if is_straight || width <= high.to_f64() * 1e-27 {
             break;
         }
@@ -455,9 +461,9 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     };
     for k in 0..MOST {
         let width = (high - low).to_f64();
-        let goal = high.to_f64() * NARROW[usize::from(before > 0.0)];
+        let goal = high.to_f64() * NARROW[usize::from(before > 0.0 || !real)];
         let steep = before.abs().max(after.abs()) * width;
-        let is_known = before < 0.0 || steep < FLAT;
+        let is_known = before < 0.0 || steep < FLAT || width <= high.to_f64() * NARROWEST;
         if width <= goal && is_known {
             break;
         }
@@ -498,7 +504,7 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     let off = (middle - DoubleDouble::from(frequency)).to_f64().abs() + radius;
     Peak {
         frequency: (frequency, off * (1.0 + f64::EPSILON)),
-        gain: gain_within(look, middle, radius).filter(|(gain, bound)| {
+        gain: gain_within(look, middle, radius, real).filter(|(gain, bound)| {
             let is_dip = before < 0.0;
             gain.is_finite() && bound.is_finite() && (is_dip || *bound <= KNOWN * gain)
         }),
@@ -509,7 +515,12 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
 
 /// The magnitude of a turn within a radius of a frequency: as known for the whole range, or at its middle, from where a narrow peak
 /// hardly rises within it, however fast the phase turns.
-fn gain_within(look: &Look<'_>, middle: DoubleDouble, radius: f64) -> Option<(f64, f64)> {
+fn gain_within(
+    look: &Look<'_>,
+    middle: DoubleDouble,
+    radius: f64,
+    real: bool,
+) -> Option<(f64, f64)> {
     /// Beyond it, it is looked at the middle too.
     const GOOD: f64 = 1e-15;
     let at = |radius: f64, asked: Asked| {
@@ -525,8 +536,8 @@ fn gain_within(look: &Look<'_>, middle: DoubleDouble, radius: f64) -> Option<(f6
         (size, value.bound + size * f64::EPSILON)
     };
     let whole = known(at(radius, Asked::Value)?);
-    // Where the function may be 0, its magnitude has no steepness.
-    if whole.1 <= GOOD * whole.0 || whole.1 >= whole.0 {
+    // Where a real function may be 0, it changes its sign, and its magnitude has no steepness.
+    if whole.1 <= GOOD * whole.0 || real && whole.1 >= whole.0 {
         return Some(whole);
     }
     let by_middle = || {
@@ -540,8 +551,8 @@ fn gain_within(look: &Look<'_>, middle: DoubleDouble, radius: f64) -> Option<(f6
     Some(closer.unwrap_or(whole))
 }
 
-/// How far below and above a peak the magnitude is 1/√2 of what it is there: sought by glances, if there are any, and found by
-/// looks. It is nowhere as low between the peak and the ends but for the place sought.
+/// How far below and above a peak, before these ends, the magnitude is 1/√2 of what it is there: sought by glances, if there are any,
+/// and found by looks.
 fn half_power(
     look: &Look<'_>,
     glance: Option<&Glance<'_>>,
@@ -620,10 +631,11 @@ fn crossings(
     }
     let width = width.max(peak * NARROWEST);
     let search = |end: f64| {
+        let side = end.signum();
         let (mut inner, mut reach) = (0.0, width);
         let mut outer = loop {
-            let next = reach.copysign(end);
-            if next.abs() >= end.abs() {
+            let next = side * reach;
+            if (end - next) * side <= 0.0 {
                 break (above(end)?.0 <= 0.0).then_some(end)?;
             }
             if above(next)?.0 <= 0.0 {
@@ -633,7 +645,7 @@ fn crossings(
         };
         let mut next = f64::midpoint(inner, outer);
         loop {
-            if next.abs() <= f64::abs(inner) || next.abs() >= outer.abs() {
+            if (next - inner) * side <= 0.0 || (outer - next) * side <= 0.0 {
                 next = f64::midpoint(inner, outer);
             }
             if next.abs() < peak * NARROWEST {

@@ -284,7 +284,7 @@ fn read<T: Real>(
                     change = change + part.value::<T>(frequency);
                 }
             }
-            let value = Value::of(sum, rates.as_ref().map(|_| change));
+            let value = Value::of(sum, steepness.then_some(change));
             good &= value.rises(question.asked);
             good &= question.asked == Asked::Sign || is_good(sum, size, frequency.radius > 0.0);
             value

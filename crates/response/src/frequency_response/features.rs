@@ -12,7 +12,7 @@ use super::turns::Turns;
 pub struct Peak {
     frequency: (f64, f64),
     gain: Option<(f64, f64)>,
-    /// The true place, in more digits.
+    /// The place, in more digits.
     middle: DoubleDouble,
     /// How far from there the frequencies of half power are.
     half_power: Option<[f64; 2]>,
@@ -404,17 +404,17 @@ fn pole(
     })
 }
 
+/// A gain with such a bound, in parts of it, is as good as a double.
+const GOOD: f64 = 1e-15;
+
 /// The zero of the steepness within a bracket.
 fn turn(look: &Look<'_>, (ends, rises): Bracket, real: bool) -> Peak {
     const MOST: usize = 160;
     /// Within it the steepness is a straight line, to its square.
     const STRAIGHT: f64 = 1e-5;
-    /// How narrow the brackets of zeros and of others are to become, in parts of the frequency: within them magnitudes are to be known.
-    const NARROW: [f64; 2] = [1e-22, 1e-25];
-    /// Peaks that are not flat within this part of it may be poles.
+    /// How narrow the bracket is to become, in parts of the frequency; and where the gain needs it, at most.
+    const NARROW: f64 = 1e-22;
     const NARROWEST: f64 = 1e-28;
-    /// Within the bracket a peak's magnitude is the same but for this part of it.
-    const FLAT: f64 = 1e-14;
     /// A magnitude with fewer digits is none: there may be a pole.
     const KNOWN: f64 = 1e-6;
     let ([mut low, mut high], [mut before, mut after]) = (ends, rises);
@@ -459,22 +459,28 @@ fn turn(look: &Look<'_>, (ends, rises): Bracket, real: bool) -> Peak {
         let width = (high - low).to_f64();
         low + DoubleDouble::from(width * share(before, after, width, 0))
     };
+    let mut gain: Option<(f64, f64)> = None;
     for k in 0..MOST {
         let width = (high - low).to_f64();
-        let goal = high.to_f64() * NARROW[usize::from(before > 0.0 || !real)];
-        let steep = before.abs().max(after.abs()) * width;
-        let is_known = before < 0.0 || steep < FLAT || width <= high.to_f64() * NARROWEST;
-        if width <= goal && is_known {
-            break;
-        }
+        let goal = high.to_f64() * NARROW;
         let middle = zero(low, high, before, after);
-        // No narrower than is asked for: that takes more digits.
-        let least = if width > goal {
-            0.4 * goal / width
-        } else {
-            0.0
+        if width <= goal {
+            let found = gain_within(look, middle, width, real);
+            let closer = found.filter(|found| gain.is_none_or(|known| found.1 < known.1));
+            let done = match closer {
+                Some((size, bound)) => bound <= GOOD * size || real && bound >= size,
+                None => gain.is_some(),
+            };
+            gain = closer.or(gain);
+            if done || width <= high.to_f64() * NARROWEST {
+                break;
+            }
+        }
+        // No narrower at once than is asked for: that takes more digits.
+        let least = match width <= goal {
+            true => 1e-2,
+            false => (0.4 * goal / width).max(1e-6),
         };
-        let least = least.max(1e-6);
         let wider = [1e-4, 1e-2, 0.1, 0.25].into_iter();
         let narrower = std::iter::once(least)
             .chain(wider.filter(|narrow| *narrow > least))
@@ -499,12 +505,13 @@ fn turn(look: &Look<'_>, (ends, rises): Bracket, real: bool) -> Peak {
     }
     let middle = zero(low, high, before, after);
     let radius = (high - low).to_f64();
+    let gain = gain.or_else(|| gain_within(look, middle, radius, real));
     let radius = radius * (1.0 + f64::EPSILON);
     let frequency = middle.to_f64();
     let off = (middle - DoubleDouble::from(frequency)).to_f64().abs() + radius;
     Peak {
         frequency: (frequency, off * (1.0 + f64::EPSILON)),
-        gain: gain_within(look, middle, radius, real).filter(|(gain, bound)| {
+        gain: gain.filter(|(gain, bound)| {
             let is_dip = before < 0.0;
             gain.is_finite() && bound.is_finite() && (is_dip || *bound <= KNOWN * gain)
         }),
@@ -521,8 +528,6 @@ fn gain_within(
     radius: f64,
     real: bool,
 ) -> Option<(f64, f64)> {
-    /// Beyond it, it is looked at the middle too.
-    const GOOD: f64 = 1e-15;
     let at = |radius: f64, asked: Asked| {
         let frequency = Frequency {
             middle,

@@ -86,27 +86,28 @@ impl ModalSum {
         }
         let states = start;
         let entries = stiffness.balls();
-        let exact = Products::of(n, &entries);
+        let turned = entries
+            .iter()
+            .map(|&(row, column, parts)| (column, row, parts));
+        let transposed = matrices(n, &turned.collect::<Vec<_>>());
+        let times = |left: &Rows, order: usize| from_left(left, &transposed[order]);
         let d = direct.as_ref().map(rows);
         let with = |product: Rows, order: usize| match &d {
-            Some(direct) => plus(product, &exact.times(direct, order)),
+            Some(direct) => plus(product, &times(direct, order)),
             None => product,
         };
         // W, ΛW and Λ²W times K, C and M.
         let left = |w: &Rows, blocks: &[Block]| {
             let once = by_blocks(blocks, w);
             let twice = by_blocks(blocks, &once);
-            let sum = plus(exact.times(w, 0), &exact.times(&once, 1));
-            (plus(sum, &exact.times(&twice, 2)), once)
+            let sum = plus(times(w, 0), &times(&once, 1));
+            (plus(sum, &times(&twice, 2)), once)
         };
         let (mut u, mut w) = (rows(&shapes), rows(&weights));
         let (residual, _) = left(&w, &blocks);
         corrected_weights(&mut w, &mut blocks, &shapes, direct.as_ref(), &residual);
         let (residual, once) = left(&w, &blocks);
-        let inner = [
-            plus(exact.times(&w, 1), &exact.times(&once, 2)),
-            exact.times(&w, 2),
-        ];
+        let inner = [plus(times(&w, 1), &times(&once, 2)), times(&w, 2)];
         // What is left of 1 and 0 (see above), by powers of s.
         let defects = |u: &Rows| {
             let mut zeroth = with(product(u, &inner[0], n), 0);
@@ -470,56 +471,19 @@ fn by_blocks(blocks: &[Block], of: &Rows) -> Rows {
     product
 }
 
-/// K, C and M by rows, for products from the left.
-struct Products {
-    n: usize,
-    /// By matrix, then row: columns and entries.
-    rows: [Vec<Vec<(usize, DoubleDouble)>>; 3],
-}
-
-impl Products {
-    fn of(n: usize, entries: &[Entry<DoubleDouble>]) -> Products {
-        let mut rows = [(); 3].map(|()| vec![Vec::new(); n]);
-        for (row, column, parts) in entries {
-            for (rows, part) in rows.iter_mut().zip(parts) {
-                if !part.is_zero() {
-                    rows[*row].push((*column, part.middle().re));
-                }
-            }
-        }
-        Products { n, rows }
-    }
-
-    /// `left` times K, C or M.
-    fn times(&self, left: &Rows, kind: usize) -> Rows {
-        let dense: Vec<Option<Vec<DoubleDouble>>> = self.rows[kind]
-            .iter()
-            .map(|entries| {
-                let mut row = vec![DoubleDouble::ZERO; self.n];
-                entries
-                    .iter()
-                    .for_each(|&(column, entry)| row[column] = entry);
-                (entries.len() > self.n / 8).then_some(row)
-            })
-            .collect();
-        let row = |left: &Vec<DoubleDouble>| {
-            let mut product = vec![DoubleDouble::ZERO; self.n];
-            let mut terms = Vec::new();
-            for (factor, (entries, dense)) in left.iter().zip(self.rows[kind].iter().zip(&dense)) {
-                match dense {
-                    Some(dense) => terms.push((*factor, &dense[..])),
-                    None => {
-                        for &(column, entry) in entries {
-                            product[column] += *factor * entry;
-                        }
-                    }
-                }
-            }
-            DoubleDouble::add_multiples(&mut product, &terms);
-            product
-        };
-        left.iter().map(row).collect()
-    }
+/// `left` times a matrix, of which this is the transpose.
+fn from_left(left: &Rows, transposed: &Columns<DoubleDouble>) -> Rows {
+    let ball = |re: &DoubleDouble| {
+        Ball::from(WideComplex {
+            re: *re,
+            im: DoubleDouble::ZERO,
+        })
+    };
+    let row = |left: &Vec<DoubleDouble>| {
+        let product = transposed.times(&left.iter().map(ball).collect::<Vec<_>>());
+        product.into_iter().map(|entry| entry.middle().re).collect()
+    };
+    left.iter().map(row).collect()
 }
 
 fn size(rows: &Rows, width: usize) -> Mat<f64> {

@@ -29,7 +29,7 @@ impl ModalFunctions<'_> {
             let power = series.radius.log2().round() as i64;
             let per_unit = |change: Number| scaled(change, -power);
             let reach = frequency.radius / series.radius * UPWARD;
-            if reach == 0.0 {
+            if frequency.radius == 0.0 {
                 return normal.then_some([value, per_unit(change)]);
             }
             // Of Σ cₖtᵏ and Σ kcₖtᵏ⁻¹, with |cₖ| at most that of all in the disc (Cauchy).

@@ -3,7 +3,7 @@
 use eigentone_modes::{BeamEnd, GROUND, MatrixKind, System};
 use eigentone_response::{
     ByCertifiedExponential, Energy, HalfSine, Harmonic, Hold, Impulse, Load, Polynomial, Quantity,
-    Ramp, Response, Samples, State, SteadyState, Step, Versine,
+    Ramp, Response, ResponseMethod, Samples, State, SteadyState, Step, Versine,
 };
 use faer::mat;
 
@@ -325,6 +325,43 @@ fn what_has_no_energy_is_refused() {
         let problem = asked.problem().expect("well posed");
         let error = Energy::along(&problem, &trajectory).expect_err(why);
         assert!(error.to_string().contains(why), "{error}");
+    }
+}
+
+/// Loads and motions that are 0 at all times are left out: the motion is that of the state at t = 0 alone, known with 32 digits, and
+/// where that is at rest every energy is 0.
+#[test]
+fn loads_that_are_zero_take_nothing() {
+    let builder = System::builder().mass("m", 1.0).support("s");
+    let builder = builder.spring("s", "m", 1.0).damper("s", "m", 0.1);
+    let system = builder.build().expect("a system");
+    let zeros: [Load; 8] = [
+        Step::of(0.0).into(),
+        Ramp::of(0.0).into(),
+        Impulse::of(0.0).at(0.7).into(),
+        Harmonic::of(0.0, 2.0).into(),
+        Samples {
+            step: 0.5,
+            values: vec![0.0, -0.0],
+            hold: Hold::First,
+        }
+        .into(),
+        HalfSine::of(0.0, 0.3).into(),
+        Versine::of(0.0, 0.3).into(),
+        Polynomial::of([0.0, 0.0]).into(),
+    ];
+    for zero in zeros {
+        let mut asked = Response::of(&system).load("m", zero.clone());
+        if !matches!(zero, Load::Impulse(_)) {
+            asked = asked.motion("s", Quantity::Displacement, zero.clone());
+        }
+        let asked = asked.every(0.5).until(2.0);
+        let problem = asked.clone().problem().expect("well posed");
+        assert!(problem.drives().is_empty(), "{zero:?}");
+        let still = ByCertifiedExponential.run(&problem).expect("a motion");
+        assert_eq!(still.digits(), 32, "{zero:?}");
+        let energy = Energy::along(&problem, &still).expect("energies");
+        assert!(energy.work().iter().all(|work| *work == 0.0), "{zero:?}");
     }
 }
 

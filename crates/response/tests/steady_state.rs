@@ -480,6 +480,7 @@ proptest! {
             (format!("m{}", i + 1), Harmonic::of(force, omega))
         }).collect();
         let loads: Vec<(&str, Harmonic)> = loads.iter().map(|(name, load)| (name.as_str(), *load)).collect();
+        prop_assume!(loads.iter().any(|(_, load)| load.amplitude != 0.0));
         // Elsewhere X is the only solution.
         prop_assume!(system.names().iter().all(|name| receptance(&system, name, omega).is_ok()));
         let motion = alone(&system, &loads);

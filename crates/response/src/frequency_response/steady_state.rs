@@ -7,7 +7,7 @@ use super::ports::Push;
 use crate::problem::{Load, Problem};
 
 /// The steady state under a problem's harmonic loads: for each of their frequencies Ω the complex
-/// amplitudes X, in m, with (K − Ω²M + iΩC) X = F. Loads of other kinds add nothing to it.
+/// amplitudes X, in m, with (K − Ω²M + iΩC) X = F. Loads of other kinds and of amplitude 0 add nothing to it.
 ///
 /// The loads of one frequency sum to F = Σ amplitude·e^{i·phase}, so that the motion is
 ///
@@ -81,9 +81,6 @@ impl SteadyState {
                 negative if negative < 0.0 => Phase::Backward(load.phase),
                 _ => Phase::Forward(load.phase),
             };
-            if load.amplitude == 0.0 {
-                continue;
-            }
             let Some(channel) = applied.coordinate.checked_sub(n) else {
                 frequencies[at].1.push(Push {
                     coordinate: applied.coordinate,
@@ -129,7 +126,7 @@ impl SteadyState {
         Ok(SteadyState { motions })
     }
 
-    /// One motion for each frequency, in the order in which the loads name them.
+    /// One motion for each frequency of loads that are not 0, in the order in which the loads name them.
     pub fn motions(&self) -> &[HarmonicMotion] {
         &self.motions
     }

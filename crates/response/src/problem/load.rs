@@ -358,6 +358,21 @@ impl Load {
         }
     }
 
+    /// Whether it is 0 at all times.
+    pub(super) fn is_zero(&self) -> bool {
+        let all_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
+        match self {
+            Load::Step(step) => step.force == 0.0,
+            Load::Ramp(ramp) => ramp.rate == 0.0,
+            Load::Impulse(impulse) => impulse.magnitude == 0.0,
+            Load::Harmonic(harmonic) => harmonic.amplitude == 0.0,
+            Load::Samples(samples) => all_zero(&samples.values),
+            Load::HalfSine(pulse) => pulse.force == 0.0,
+            Load::Versine(pulse) => pulse.force == 0.0,
+            Load::Polynomial(polynomial) => all_zero(&polynomial.coefficients),
+        }
+    }
+
     /// Whether it jumps, as the motion of what is at rest before t = 0.
     pub(crate) fn jumps(&self) -> bool {
         match self {

@@ -101,6 +101,7 @@ impl<'a> Problem<'a> {
         }
         massless::check(system, initial, &loads)?;
         let loads = loads.into_iter().enumerate();
+        let loads = loads.filter(|(_, applied)| !applied.load.is_zero());
         let is_plain =
             |(_, applied): &(_, AppliedLoad)| !matches!(applied.load, Load::Polynomial(_));
         let (plain, polynomials): (Vec<_>, Vec<_>) = loads.partition(is_plain);
@@ -185,6 +186,7 @@ impl<'a> Problem<'a> {
                 }
             };
             match &load {
+                zero if zero.is_zero() => {}
                 Load::Polynomial(polynomial) => {
                     for (order, step) in polynomial.steps() {
                         self.drive(index, channel.integrated(order), step.into());
@@ -364,7 +366,8 @@ impl<'a> Problem<'a> {
             .get_or_init(|| Timeline::of(&self.drives, &self.grid))
     }
 
-    /// The forces on single coordinates, in the order given; polynomials are [channels](Self::channels).
+    /// The forces on single coordinates, in the order given; polynomials are [channels](Self::channels), and what is 0 at all
+    /// times is left out.
     pub fn loads(&self) -> &[AppliedLoad] {
         &self.drives[..self.loads]
     }
@@ -671,7 +674,7 @@ mod tests {
     use eigentone_modes::GROUND;
 
     use super::*;
-    use crate::problem::{Polynomial, Step};
+    use crate::problem::{Impulse, Polynomial, Step};
 
     /// A support that swings pulls through a spring: apart from what swings nothing is left, whatever piece of time an instant
     /// is in.
@@ -681,7 +684,7 @@ mod tests {
         let system = builder.spring("s", "m", 1.0).build().expect("a system");
         let response = crate::Response::of(&system)
             .motion("s", Quantity::Displacement, Harmonic::of(1.0, 1e16 / 3.0))
-            .load("m", Step::of(0.0).starting_at(1.3));
+            .load("m", Impulse::of(1.0).at(1.3));
         let problem = response.every(0.5).until(10.0).problem();
         let problem = problem.expect("a problem");
         for piece in [0, 1] {

@@ -352,7 +352,7 @@ mod tests {
         let system = system.build().expect("a system");
         let response = crate::Response::of(&system)
             .load("m", crate::Harmonic::of(1.0, 1e17).with_phase(1e17))
-            .load("m", crate::Step::of(0.0).starting_at(1.3));
+            .load("m", crate::Impulse::of(1.0).at(1.3));
         let problem = response.every(0.5).until(10.0).problem();
         let problem = problem.expect("a problem");
         for piece in [0, 1] {

@@ -211,7 +211,6 @@ fn without_limit(problem: &Problem<'_>) -> Option<String> {
     problem.drives().iter().find_map(|drive| {
         let acts_on = |row: usize, share: f64| share != 0.0 && massless.contains(&row);
         let on = match (&drive.load, channel(drive.coordinate)) {
-            (Load::Impulse(impulse), _) if impulse.magnitude == 0.0 => None,
             (Load::Impulse(_), None) => Some(drive.coordinate).filter(|row| acts_on(*row, 1.0)),
             (Load::Impulse(_), Some(channel)) => {
                 let mut shares = channel.directions[0].iter();

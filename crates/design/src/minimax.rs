@@ -342,7 +342,7 @@ where
         Some(station)
     }
 
-    /// The best points of a sequence that fills the limits, apart from each other.
+    /// The best of the corners and of a sequence that fills the limits, apart from each other.
     fn starts(&mut self) -> Vec<Station> {
         /// So many points for each parameter.
         const POINTS: usize = 40;
@@ -354,6 +354,11 @@ where
         let mut all: Vec<Station> = Vec::new();
         for index in 1..=POINTS * n {
             let at = PRIMES[..n].iter().map(|base| halton(index, *base));
+            all.extend(self.station(at.collect()));
+        }
+        // The sequence leaves the corners' neighbourhoods out, and what only grows is least in one of them.
+        for corner in 0..1u32 << n {
+            let at = (0..n).map(|i| f64::from(corner >> i & 1));
             all.extend(self.station(at.collect()));
         }
         sort_by_number(&mut all, |one| one.worst());
@@ -931,6 +936,17 @@ mod tests {
         let optimum = optimum.unwrap();
         assert!((optimum.point[0] - 2.1).abs() < 0.1, "{optimum:?}");
         assert!(optimum.others.iter().all(|other| *other >= optimum.value));
+    }
+
+    /// A plane that falls to one corner, and a well in the opposite one that no point of the sequence is near.
+    #[test]
+    fn a_well_in_a_corner_is_found() {
+        let optimum = minimise(&[(0.0, 1.0), (0.0, 1.0)], |x| {
+            let well = (-2e3 * (x[0] * x[0] + x[1] * x[1])).exp();
+            Some(vec![piece(0.0, 1.0 - 0.4 * (x[0] + x[1]) - well)])
+        });
+        let optimum = optimum.unwrap();
+        assert!(optimum.value < 0.0, "{optimum:?}");
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! All roots of a system with damping in proportion and by modes, from proven squares of its undamped frequencies.
 //!
 //! With C = αM + βK + MΦ diag(2ζω) ΦᵀM the roots are those of λ² + γλ + σ, γ = α + βσ + 2ζ√σ, for each eigenvalue σ of (K, M).
-//! Where σ is known within a bound and α and β to 29 digits, so is γ. Of C = αM + βK, Q(λ) = (λ² + αλ)M + (1 + βλ)K: each node
-//! without mass, on which K is definite, adds a root −1/β.
+//! Where σ is known within a bound and α and β to 29 digits, so is γ. Of a node without mass, on which K is definite, Q(λ) is
+//! (1 + βλ)K: where β ≠ 0 it adds a root −1/β.
 
 use std::ops::Range;
 
@@ -74,10 +74,10 @@ pub(crate) fn certify(
     });
     elastic.extend(relaxing);
     let massless = structure.damped_massless();
-    if massless.len() != structure.massless().len() {
-        return None;
-    }
     if !massless.is_empty() {
+        if massless.len() != structure.massless().len() {
+            return None;
+        }
         let gamma = Ball::ONE.checked_div(beta)?;
         elastic.extend(massless.iter().map(|i| Modal {
             gamma,

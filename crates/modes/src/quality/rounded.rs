@@ -1,5 +1,6 @@
 //! Roots near 0 that rounding of the entries of K may have moved there from 0.
 
+use eigentone_digits::ComplexDoubleDouble;
 use num_complex::Complex;
 
 use crate::model::MatrixKind;
@@ -16,7 +17,8 @@ impl System {
     ///
     /// To first order K + ΔK has a root at 0 where y*(K + ΔK)x = 0 for the shapes x and y of a root near 0 (Stewart and Sun 1990,
     /// *Matrix Perturbation Theory*, chapter VI). Entries off by two units in their last place each, as sums of some terms are, make
-    /// that possible where |y*Kx| ≤ 4u·|y|ᵀ|K||x|. None of modes with another number of coordinates.
+    /// that possible where |y*Kx| ≤ 4u·|y|ᵀ|K||x|. Of the two roots of μλ² + γλ + κ, with these forms, κ → 0 takes the smaller one to 0
+    /// and leaves the other, −γ/μ, as of a free body that dampers hold. None of modes with another number of coordinates.
     ///
     /// ```
     /// use eigentone_modes::System;
@@ -57,8 +59,13 @@ impl System {
                 let each = column.iter().zip(y).map(|(k, y)| k.abs() * y.norm());
                 each.sum::<f64>() * x.norm()
             };
-            let [re, im] = [form.k.re, form.k.im].map(|part| part.to_f64());
-            re.hypot(im) <= UNITS * columns.map(sum).sum::<f64>()
+            let near =
+                |form: &ComplexDoubleDouble| Complex::new(form.re.to_f64(), form.im.to_f64());
+            let [m, c, k] = [&form.m, &form.c, &form.k].map(near);
+            let inertia = mode.eigenvalue().value * m;
+            // Of a pair that oscillates both are as large.
+            let is_smaller = inertia.norm() <= 2.0 * (inertia + c).norm();
+            is_smaller && k.norm() <= UNITS * columns.map(sum).sum::<f64>()
         };
         let slow = |mode: &Mode| size(mode) > 0.0 && size(mode) <= SLOW * largest;
         let places = modes.iter().enumerate();
@@ -85,6 +92,18 @@ mod tests {
         });
         let [m, k] = scaled.each_ref().map(Mat::as_ref);
         System::from_matrices(m, Mat::zeros(n, n).as_ref(), k).expect("a system")
+    }
+
+    /// Two masses on a spring, one of which a damper holds: the root at −c/(m₁ + m₂) owes nothing to the spring.
+    #[test]
+    fn what_dampers_slow_is_not_taken_for_rounding() {
+        let of = |entries: [[f64; 2]; 2]| Mat::from_fn(2, 2, |i, j| entries[i][j]);
+        let (m, c) = (of([[1.0, 0.0], [0.0, 1.0]]), of([[3.0, 0.0], [0.0, 0.0]]));
+        let k = 1e10 * of([[1.0, -1.0], [-1.0, 1.0]]);
+        let system = System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref()).expect("a system");
+        let modes = system.modes().expect("modes");
+        assert!((modes.as_slice()[1].eigenvalue().value.re + 1.5).abs() < 1e-6);
+        assert!(system.rigid_but_for_rounding(&modes).is_empty());
     }
 
     /// In units of which a third has no double the two rigid motions of a free beam are not at 0; bending, and a beam that is clamped,

@@ -250,9 +250,6 @@ fn proof(question: &Question<'_>) -> Option<Proof> {
             best = better(best, by_pairs(question));
         }
     }
-    if is_open(&best) {
-        best = better(best, with_massless(question));
-    }
     // What damping by modes leaves open, such as a pair at a ratio of 1, the rounding of its matrix would decide.
     let rounded = best.is_some() && question.system.structure().is_by_modes();
     if n <= LARGEST && is_open(&best) && !rounded {
@@ -353,23 +350,8 @@ fn at_once(question: &Question<'_>) -> Option<Proof> {
     Some(each_alone(found, claim))
 }
 
-/// Of a classically damped system, by its undamped shapes.
+/// Of a system that is classically damped, or would be but for nodes without mass, by its undamped shapes.
 fn by_undamped_shapes(question: &Question<'_>) -> Option<Proof> {
-    let (system, tolerance) = (question.system, question.tolerance);
-    let structure = system.structure();
-    if !structure.is_classical() || structure.is_undamped() {
-        return None;
-    }
-    let shapes = elastic_shapes(question.solver, system)?;
-    in_proportion(system, system, shapes.clone(), tolerance).or_else(|| {
-        let found = classically::certify(system, shapes, tolerance)?;
-        let claim = "what K, C and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits";
-        Some(each_alone(found, claim))
-    })
-}
-
-/// Of a system with damping in proportion to M and K of which nodes without mass are damped too, by its undamped shapes.
-fn with_massless(question: &Question<'_>) -> Option<Proof> {
     let Question {
         solver,
         system,
@@ -377,13 +359,21 @@ fn with_massless(question: &Question<'_>) -> Option<Proof> {
         ..
     } = *question;
     let structure = system.structure();
-    if structure.damped_massless().is_empty() {
+    if structure.is_undamped() {
         return None;
     }
-    structure.law_with_massless()?;
-    let undamped = System::from(system.model().without_dampers());
-    let shapes = elastic_shapes(solver, &undamped)?;
-    in_proportion(system, &undamped, shapes, tolerance)
+    if !structure.is_classical() {
+        structure.law_with_massless()?;
+        let undamped = System::from(system.model().without_dampers());
+        let shapes = elastic_shapes(solver, &undamped)?;
+        return in_proportion(system, &undamped, shapes, tolerance);
+    }
+    let shapes = elastic_shapes(solver, system)?;
+    in_proportion(system, system, shapes.clone(), tolerance).or_else(|| {
+        let found = classically::certify(system, shapes, tolerance)?;
+        let claim = "what K, C and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits";
+        Some(each_alone(found, claim))
+    })
 }
 
 fn in_proportion(

@@ -260,7 +260,7 @@ impl Structure {
         self.law_with_massless().filter(|_| self.is_classical())
     }
 
-    /// The same where nodes without mass are damped as well: then there is a root −1/β for each of them.
+    /// The same where there are nodes without mass: where β ≠ 0 there is a root −1/β for each of them.
     pub(crate) fn law_with_massless(&self) -> Option<(Proportion, &[f64])> {
         let proportion = *self.proportion.get(|| {
             let [mass, damping, stiffness] = self.coefficients.parts().map(|part| &part.matrix);
@@ -272,7 +272,7 @@ impl Structure {
                 true => Some(Proportion::NONE),
                 false => rayleigh::proportion([mass, rest, stiffness]),
             };
-            let has_massless = !self.damped_massless().is_empty() && self.by_modes.is_none();
+            let has_massless = !self.massless().is_empty();
             let may_be = self.is_classical() || has_massless && self.is_symmetric();
             may_be.then(proportion).flatten()
         });

@@ -741,7 +741,7 @@ pub enum BuildError {
     },
     /// Modes of one frequency, whose shapes are not determined, have different ratios.
     #[error(
-        "modes {mode} and the next one have the same frequency, {frequency} rad/s, but the ratios {} and {}: their damping is not determined; give both the same ratio", ratios[0], ratios[1]
+        "modes {} and {} have the same frequency, {frequency} rad/s, but the ratios {} and {}: their damping is not determined; give both the same ratio", mode + 1, mode + 2, ratios[0], ratios[1]
     )]
     EqualModes {
         /// The first of them, from 0.

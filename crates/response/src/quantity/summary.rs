@@ -163,7 +163,8 @@ impl Summary {
         let resisted = Resisted::of(system, &floating);
         let led = Course::of(system, &floating, &resisted, finally(&lasting_problem));
         let force = &led.force;
-        let rest = come_to_rest(system, &floating, &resisted, force, &late, &now);
+        let beside = led.taken_from(&late);
+        let rest = come_to_rest(system, &floating, &resisted, force, &beside, &now);
 
         let all = x.norm_max();
         let end = problem.grid().time(problem.grid().last());
@@ -517,7 +518,9 @@ struct Course {
 }
 
 impl Course {
-    /// From the last derivative on: springs hold what is left of a force by dampers and masses, K x⁽ᵏ⁾ = f⁽ᵏ⁾ − C x⁽ᵏ⁺¹⁾ − M x⁽ᵏ⁺²⁾.
+    /// From the last derivative on, M x⁽ᵏ⁺²⁾ + C x⁽ᵏ⁺¹⁾ + K x⁽ᵏ⁾ = f⁽ᵏ⁾. What springs do not hold of a force is held by dampers, in a
+    /// part of x⁽ᵏ⁺¹⁾ that no spring resists, or by masses, in one of x⁽ᵏ⁺²⁾ that no damper resists either; what these drag along
+    /// springs hold back.
     fn of(
         system: &System,
         floating: &Floating,
@@ -533,29 +536,73 @@ impl Course {
             forces.pop();
         }
         let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
-        let (mut derivatives, mut driven) = (Vec::<Vec<f64>>::new(), vec![false; n]);
+        let free = Free::of(floating, resisted, &mass);
+        let mut motions = vec![Mat::<f64>::zeros(n, 1); forces.len() + 2];
+        let mut driven = vec![false; n];
+        let mut drive = |motion: &Mat<f64>| {
+            let moves = |(i, driven): (usize, &mut bool)| {
+                *driven |= motion[(i, 0)].abs() > VISIBLE * motion.norm_max();
+            };
+            driven.iter_mut().enumerate().for_each(moves);
+        };
         let mut held = Vec::new();
-        for (order, mut force) in forces.into_iter().enumerate().rev() {
-            for (matrix, motion) in [&damping, &mass].into_iter().zip(derivatives.iter().rev()) {
-                let motion = Mat::from_fn(n, 1, |i, _| motion[i]);
-                let resisting = matrix * motion;
-                (0..n).for_each(|i| force[i] -= resisting[(i, 0)]);
+        for (order, force) in forces.into_iter().enumerate().rev() {
+            let mut force = Mat::from_fn(n, 1, |i, _| force[i]);
+            let mut sizes: Vec<f64> = (0..n).map(|i| force[(i, 0)].abs()).collect();
+            for (matrix, motion) in [
+                (&damping, &motions[order + 1]),
+                (&mass, &motions[order + 2]),
+            ] {
+                force -= matrix * motion;
+                for (i, size) in sizes.iter_mut().enumerate() {
+                    let each = (0..n).map(|j| (matrix[(i, j)] * motion[(j, 0)]).abs());
+                    *size += each.sum::<f64>();
+                }
             }
-            if order == 0 {
-                held = force;
-                break;
-            }
-            let moved = resisted.moved_by(&net(floating, &force));
-            let pairs = driven.iter_mut().zip(moved);
-            pairs.for_each(|(driven, moved)| *driven |= moved);
-            derivatives.push(equilibrium(system, floating, &force));
+            let along = resisted.left.transpose() * net(floating, &force, &sizes);
+            let faster = free.motion(&along);
+            drive(&faster);
+            let inertia = &mass * &faster;
+            let left = along - resisted.left.transpose() * (floating.left.transpose() * &inertia);
+            let speeds = Mat::from_fn(left.nrows(), 1, |k, _| match resisted.values[k] {
+                0.0 => 0.0,
+                value => left[(k, 0)] / value,
+            });
+            let motion = &resisted.right * speeds;
+            drive(&motion);
+            force -= inertia + &damping * &motion;
+            motions[order + 2] += faster;
+            motions[order + 1] += motion;
+            held = (0..n).map(|i| force[(i, 0)]).collect();
+            let springs = equilibrium(system, floating, &held);
+            motions[order] += Mat::from_fn(n, 1, |i, _| springs[i]);
         }
-        derivatives.reverse();
+        // Without momentum.
+        let momentum = free.left.transpose() * (&mass * &motions[1]);
+        motions[1] -= &free.right * free.factors.solve(momentum);
+        let derivatives = motions[1..].iter();
+        let derivatives = derivatives.map(|motion| (0..n).map(|i| motion[(i, 0)]).collect());
         Course {
             force: held,
-            derivatives,
+            derivatives: derivatives.collect(),
             driven,
         }
+    }
+
+    /// A state without what its derivatives have moved since t = 0.
+    fn taken_from(&self, last: &Last) -> Last {
+        let mut beside = last.clone();
+        let mut way = 1.0;
+        for (derivative, order) in self.derivatives.iter().zip(1..) {
+            for (v, x) in beside.v.iter_mut().zip(derivative) {
+                *v -= x * way;
+            }
+            way *= last.time / f64::from(order);
+            for (place, x) in beside.x.iter_mut().zip(derivative) {
+                *place -= x * way;
+            }
+        }
+        beside
     }
 
     /// By how much a coordinate moves in a time, at most.
@@ -695,37 +742,46 @@ impl Resisted {
             },
         }
     }
+}
 
-    /// Which coordinates a force moves steadily or ever faster that has these parts along the
-    /// floating motions.
-    fn moved_by(&self, net_force: &[f64]) -> Vec<bool> {
-        let mut motion = vec![0.0; self.right.nrows()];
-        let mut faster = motion.clone();
-        for (k, value) in self.values.iter().enumerate() {
-            let along: f64 = (0..net_force.len())
-                .map(|j| self.left[(j, k)] * net_force[j])
-                .sum();
-            let (into, speed) = match *value {
-                0.0 => (&mut faster, along),
-                value => (&mut motion, along / value),
-            };
-            for (i, into) in into.iter_mut().enumerate() {
-                *into += speed * self.right[(i, k)];
-            }
-        }
-        let moves = |motion: &[f64]| {
-            let most = motion
-                .iter()
-                .fold(0.0f64, |most, value| most.max(value.abs()));
-            let moves = motion.iter().map(|value| value.abs() > VISIBLE * most);
-            moves.collect::<Vec<bool>>()
+/// The motions that neither springs nor dampers resist.
+struct Free {
+    /// Their places among those that no spring resists.
+    places: Vec<usize>,
+    left: Mat<f64>,
+    right: Mat<f64>,
+    /// Of the mass matrix in them.
+    factors: Lu<f64>,
+}
+
+impl Free {
+    fn of(floating: &Floating, resisted: &Resisted, mass: &Mat<f64>) -> Free {
+        let values = resisted.values.iter().enumerate();
+        let places = values.filter(|(_, value)| **value == 0.0);
+        let places: Vec<usize> = places.map(|(k, _)| k).collect();
+        let chosen = |of: &Mat<f64>| {
+            let count = places.len();
+            Mat::from_fn(of.nrows(), count, |i, k| of[(i, places[k])])
         };
-        let both = moves(&motion).into_iter().zip(moves(&faster));
-        both.map(|(a, b)| a || b).collect()
+        let left = chosen(&(&floating.left * &resisted.left));
+        let right = chosen(&resisted.right);
+        let factors = Lu::of((left.transpose() * mass * &right).as_ref());
+        Free {
+            places,
+            left,
+            right,
+            factors,
+        }
+    }
+
+    /// The acceleration under a force with these parts along all that no spring resists.
+    fn motion(&self, along: &Mat<f64>) -> Mat<f64> {
+        let own = Mat::from_fn(self.places.len(), 1, |k, _| along[(self.places[k], 0)]);
+        &self.right * self.factors.solve(own)
     }
 }
 
-/// The equilibrium under `force` that the latest state leads to, were there only decaying motions
+/// The equilibrium under `force`, which springs hold, that the latest state leads to, were there only decaying motions
 /// and those that no spring resists. Along these, WᵀCx + WᵀMv does not change; where no damper
 /// resists either, that is a momentum, and without one the centre of mass stays.
 fn come_to_rest(
@@ -738,7 +794,7 @@ fn come_to_rest(
 ) -> Rest {
     let n = system.len();
     let mut x = equilibrium(system, floating, force);
-    let mut drifts = resisted.moved_by(&net(floating, force));
+    let mut drifts = vec![false; n];
     if resisted.values.is_empty() {
         return Rest {
             displacement: x,
@@ -791,18 +847,13 @@ fn come_to_rest(
     }
 }
 
-/// The net force on each floating motion; what is rounding beside its parts is 0.
-fn net(floating: &Floating, force: &[f64]) -> Vec<f64> {
-    let along = |k: usize| {
-        let parts = (0..force.len()).map(move |i| floating.left[(i, k)] * force[i]);
-        let net: f64 = parts.clone().sum();
-        if net.abs() > ROUNDING * parts.map(f64::abs).sum::<f64>() {
-            net
-        } else {
-            0.0
-        }
-    };
-    (0..floating.left.ncols()).map(along).collect()
+/// The net force on each floating motion; what is rounding beside the sizes of what it is made of is 0.
+fn net(floating: &Floating, force: &Mat<f64>, sizes: &[f64]) -> Mat<f64> {
+    let net = floating.left.transpose() * force;
+    Mat::from_fn(net.nrows(), 1, |k, _| {
+        let parts = (0..sizes.len()).map(|i| floating.left[(i, k)].abs() * sizes[i]);
+        shown(net[(k, 0)], ROUNDING * parts.sum::<f64>())
+    })
 }
 
 /// How wide a band is beside what is not known of a distance.
@@ -1487,6 +1538,60 @@ mod tests {
                 .until(40.0)
         });
         assert_eq!(destinations(&pushed), [Destination::Drift; 2]);
+    }
+
+    /// A body that 3 N push on moves at last by 3 m/s beside one that a damper of 1 N·s/m joins it to: springs hold these 3 N. With a
+    /// damper to the ground, by (3 − ½·3)/1; under a ramp that body moves on as well.
+    #[test]
+    fn what_moves_on_drags_what_springs_hold() {
+        let two = |to_ground: f64| {
+            let two = System::builder().mass("a", 2.0).mass("b", 3.0);
+            let two = two.spring("b", GROUND, 3.0).damper("a", "b", 1.0);
+            match to_ground {
+                0.0 => two,
+                _ => two.damper("a", GROUND, to_ground),
+            }
+        };
+        for (to_ground, end) in [(0.0, -1.0), (1.0, -0.5)] {
+            let dragged = summary(two(to_ground), |response| {
+                response.load("a", Step::of(-3.0)).every(0.7).until(70.0)
+            });
+            let [a, b] = destinations(&dragged)[..] else {
+                panic!("two");
+            };
+            assert_eq!(a, Destination::Drift);
+            assert_rests(b, end);
+        }
+        let swinging = summary(two(0.0), |response| {
+            let response = response.load("a", Step::of(-3.0));
+            let response = response.load("b", crate::Harmonic::of(0.1, 1.0));
+            response.every(0.7).until(70.0)
+        });
+        assert_eq!(destinations(&swinging)[1], Destination::Oscillation);
+        let mean = swinging.mean(1).expect("about a place");
+        assert!((mean + 1.0).abs() < 1e-12, "{mean}");
+        let faster = summary(two(0.0), |response| {
+            let response = response.load("a", crate::Ramp::of(-3.0));
+            response.every(0.7).until(70.0)
+        });
+        assert_eq!(destinations(&faster), [Destination::Drift; 2]);
+    }
+
+    /// Ramps that cancel as forces on a free pair part it, each mass by its share: the centre stays.
+    #[test]
+    fn ramps_part_both_masses_of_a_free_pair() {
+        for damping in [0.0, 2.0] {
+            let pair = System::builder().mass("a", 5.0).mass("b", 2.0);
+            let pair = pair.spring("a", "b", 3.0).damper("a", "b", damping);
+            let parted = summary(pair, |response| {
+                let response = response.load("a", crate::Ramp::of(-1.0));
+                response
+                    .load("b", crate::Ramp::of(1.0))
+                    .every(0.5)
+                    .until(40.0)
+            });
+            assert_eq!(destinations(&parted), [Destination::Drift; 2]);
+        }
     }
 
     #[test]

@@ -168,11 +168,17 @@ impl Search<'_, '_, '_> {
         })
     }
 
-    /// Whether loads keep their laws and none oscillates, so that what is at rest stays there.
+    /// Whether loads keep their laws and nothing oscillates but supports that touch nothing, so that what is at rest stays there.
     fn is_steady(&self) -> bool {
-        let timeline = self.question.problem.timeline();
+        let problem = self.question.problem;
+        let timeline = problem.timeline();
+        let acts = |signal: usize| {
+            let channel = signal.checked_sub(problem.system().len());
+            channel.is_none_or(|at| !problem.channels()[at].directions.concat().is_empty())
+        };
         let mut harmonics = timeline.harmonics().iter();
-        timeline.pieces().len() == 1 && harmonics.all(|(_, harmonic)| harmonic.frequency == 0.0)
+        let still = harmonics.all(|(signal, load)| load.frequency == 0.0 || !acts(*signal));
+        timeline.pieces().len() == 1 && still
     }
 
     /// Whether a state is near a periodic motion, beside how far that moves in a period.

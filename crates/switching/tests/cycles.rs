@@ -493,3 +493,17 @@ fn what_comes_to_rest_has_no_period() {
         }
     }
 }
+
+/// A support that swings and touches nothing moves nothing.
+#[test]
+fn what_rests_beside_a_support_that_swings_has_no_period() {
+    let system = System::builder().mass("m", 1.0).support("s");
+    let system = system.spring(GROUND, "m", 4.0).damper(GROUND, "m", 0.5);
+    let system = system.build().expect("a system");
+    for quantity in [Quantity::Displacement, Quantity::Acceleration] {
+        let asked = Response::of(&system).motion("s", quantity, Harmonic::of(1.0, 2.0));
+        let problem = asked.every(0.5).until(50.0).problem().expect("a problem");
+        let found = cycle(&problem, &[], Period::Cycles(1));
+        assert_eq!(found, Err(CycleError::Lost));
+    }
+}

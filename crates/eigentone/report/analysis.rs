@@ -440,7 +440,8 @@ impl Answer<'_> {
 }
 
 /// What an end that is *not known* means.
-const UNKNOWN: &str = "Not known: a load changes so late that following the motion until then takes too long; end later than that.\n";
+const UNKNOWN: &str = "Not known: a load changes so late that following the motion until then takes too long; end later than that.\n\
+    Or a damper is so small beside others that rounding decides where what it slows comes to rest.\n";
 
 /// What a time that is *not known* means.
 const OPEN: &str = "Not known: it is not shown to come that near and stay so.\n";

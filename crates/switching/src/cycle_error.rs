@@ -38,7 +38,7 @@ pub enum CycleError {
     },
     /// Newton's method does not come to a periodic motion.
     #[error(
-        "no periodic motion was found near where the motion ends, which may come to rest: give more time, or a start nearer to the periodic motion"
+        "no periodic motion was found near where the motion ends: it may come to rest, or keep a vibration or a drift that nothing damps; give more time, or a start nearer to the periodic motion"
     )]
     Lost,
     /// A motion that the search tries cannot be followed; the problem's own can.

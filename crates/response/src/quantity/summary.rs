@@ -19,6 +19,8 @@ use crate::problem::{Floating, Load, Problem, equilibrium, equilibrium_rounding,
 const VISIBLE: f64 = 1e-9;
 /// Beside the largest displacement of all coordinates, a motion below this is rounding.
 const ROUNDING: f64 = 1e-12;
+/// Half a unit in the last of six digits.
+const SHOWN: f64 = 5e-7;
 /// The band around the end, in parts of the largest deviation from it, inside which a coordinate
 /// counts as settled.
 const BAND: f64 = 0.02;
@@ -102,7 +104,8 @@ pub enum Destination {
     Drift,
     /// It grows without limit: the system is unstable, or driven in resonance without damping.
     Growth,
-    /// It is not known: a load changes so late that following the motion until then takes too long.
+    /// It is not known: a load changes so late that following the motion until then takes too long, or a damper is so small
+    /// beside others that rounding decides where a body on it stops.
     Unknown,
 }
 
@@ -188,6 +191,8 @@ impl Summary {
                 Destination::Drift
             } else if persistence.oscillation[i] > seen || !rest.displacement[i].is_finite() {
                 Destination::Oscillation
+            } else if rest.is_lost(i, about[i].min(VISIBLE * all)) {
+                Destination::Unknown
             } else {
                 Destination::Rest {
                     displacement: shown(rest.displacement[i], about[i]),
@@ -679,9 +684,18 @@ fn shown(value: f64, rounding: f64) -> f64 {
 struct Rest {
     displacement: Vec<f64>,
     drifts: Vec<bool>,
+    /// How far rounding may have moved each place along what dampers alone resist: the smaller a damper beside others, the
+    /// farther.
+    carried: Vec<f64>,
 }
 
 impl Rest {
+    /// Whether the place is known neither to six digits nor to be 0, which places below `nothing` are.
+    fn is_lost(&self, i: usize, nothing: f64) -> bool {
+        let place = self.displacement[i].abs();
+        self.carried[i] > SHOWN * place && place.max(self.carried[i]) > nothing
+    }
+
     /// What rounding may have moved each place, about.
     fn rounding(
         &self,
@@ -694,7 +708,8 @@ impl Rest {
         if floating.right.ncols() > 0 {
             let all = self.displacement.iter().chain(&last.x);
             let all = all.fold(0.0f64, |top, x| top.max(x.abs()));
-            rounding.iter_mut().for_each(|own| *own += ROUNDING * all);
+            let own = rounding.iter_mut().zip(&self.carried);
+            own.for_each(|(own, carried)| *own += ROUNDING * all + carried);
         }
         rounding
     }
@@ -795,31 +810,48 @@ fn come_to_rest(
     let n = system.len();
     let mut x = equilibrium(system, floating, force);
     let mut drifts = vec![false; n];
+    let mut carried = vec![0.0; n];
     if resisted.values.is_empty() {
         return Rest {
             displacement: x,
             drifts,
+            carried,
         };
     }
     let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
     let away = |x: &[f64]| Mat::from_fn(n, 1, |i, _| last.x[i] - x[i]);
     let velocity = Mat::from_fn(n, 1, |i, _| last.v[i]);
+    let mut sizes = size(&damping) * size(&away(&x)) + size(&mass) * size(&velocity);
     let mut kept = floating.left.transpose() * (&damping * away(&x) + &mass * velocity);
     for (coordinate, load) in &now.harmonics {
         // A sinusoidal load swings it about this mean.
         let angle = reduced_angle(load.frequency, now.time, load.phase);
         let swing = load.amplitude / load.frequency * angle.cos();
         (0..kept.nrows()).for_each(|k| kept[(k, 0)] += floating.left[(*coordinate, k)] * swing);
+        sizes[(*coordinate, 0)] += swing.abs();
     }
     let kept = resisted.left.transpose() * kept;
+    let left = &floating.left * &resisted.left;
+    // Of several singular vectors no entry is closer than a unit of the largest.
+    let count = resisted.values.len();
+    let mixed = Mat::from_fn(count, count, |_, _| if count > 1 { 1.0 } else { 0.0 });
+    let right = size(&resisted.right) + size(&floating.right) * &mixed;
+    let sides = (size(&left) + size(&floating.left) * &mixed)
+        .transpose()
+        .to_owned();
+    let (sizes, dampers) = (&sides * sizes, &sides * size(&damping) * &right);
+    let unit = 4.0 * n as f64 * f64::EPSILON;
     let still = ROUNDING * last.speed * n as f64 * mass.norm_max();
     let mut centred = Vec::new();
     for (k, value) in resisted.values.iter().enumerate() {
         if *value != 0.0 {
             let far = kept[(k, 0)] / value;
-            x.iter_mut()
-                .enumerate()
-                .for_each(|(i, x)| *x += far * resisted.right[(i, k)]);
+            let lost = unit * (sizes[(k, 0)] + far.abs() * dampers[(k, k)]) / value;
+            let moved = (0..n).map(|i| (resisted.right[(i, k)], right[(i, k)]));
+            for ((x, carried), (by, around)) in x.iter_mut().zip(&mut carried).zip(moved) {
+                *x += far * by;
+                *carried += lost * by.abs() + unit * far.abs() * (around - by.abs());
+            }
         } else if kept[(k, 0)].abs() > still {
             for (i, drifts) in drifts.iter_mut().enumerate() {
                 *drifts |= resisted.right[(i, k)].abs() > VISIBLE;
@@ -828,7 +860,6 @@ fn come_to_rest(
             centred.push(k);
         }
     }
-    let left = &floating.left * &resisted.left;
     let left = Mat::from_fn(n, centred.len(), |i, k| left[(i, centred[k])]);
     let right = Mat::from_fn(n, centred.len(), |i, k| resisted.right[(i, centred[k])]);
     let moment = left.transpose() * &mass;
@@ -844,7 +875,13 @@ fn come_to_rest(
     Rest {
         displacement: x,
         drifts,
+        carried,
     }
+}
+
+/// The absolute value of each entry.
+fn size(of: &Mat<f64>) -> Mat<f64> {
+    Mat::from_fn(of.nrows(), of.ncols(), |i, j| of[(i, j)].abs())
 }
 
 /// The net force on each floating motion; what is rounding beside the sizes of what it is made of is 0.
@@ -1147,6 +1184,24 @@ mod tests {
         };
         assert_eq!(displacement, 0.0);
         assert!(summary.coordinates()[at - 1].peak > 0.1);
+    }
+
+    /// Two nodes that are joined do not pull at a body which only a damper holds: it stays at 0, unless that damper is so small
+    /// that rounding moves it.
+    #[test]
+    fn a_damper_lost_in_rounding_leaves_the_end_open() {
+        let course = |damping: f64| {
+            let system = System::builder().mass("a", 1.0).mass("b", 0.0);
+            let system = system.mass("c", 0.0).damper(GROUND, "a", damping);
+            let system = system.damper("a", "b", 0.5).damper("b", "c", 0.7);
+            let summary = summary(system.spring("b", "c", 1.0), |response| {
+                let response = response.from(State::at_rest().displace("b", 2.5));
+                response.every(0.1).until(10.0)
+            });
+            summary.coordinates()[0].destination
+        };
+        assert_rests(course(3e-3), 0.0);
+        assert_eq!(course(3e-12), Destination::Unknown);
     }
 
     /// An impulse on a damped node without mass displaces it at once: x = 2e^(−2(t − ¼)).

@@ -1242,8 +1242,17 @@ fn results_replace_results_and_never_the_scene() {
         assert_eq!(listed(&directory), [name]);
         fs::remove_file(file).expect("it can be removed");
     }
-    // Twice into one place: the second results stand, and nothing else does.
+    // A directory in the place of one of them leaves nothing of the others.
     let file = scene("two-mass-free");
+    fs::create_dir(directory.join("modes.csv")).expect("it can be made");
+    let error = refused(&["analyze", &file, "--out", out], 1);
+    assert!(
+        error.contains("modes.csv: cannot be written: a directory has this name"),
+        "{error}"
+    );
+    assert_eq!(listed(&directory), ["modes.csv"]);
+    fs::remove_dir(directory.join("modes.csv")).expect("it is empty");
+    // Twice into one place: the second results stand, and nothing else does.
     for _ in 0..2 {
         printed(&["analyze", &file, "--out", out]);
     }
@@ -2996,8 +3005,52 @@ fn a_part_that_was_cut_is_named_and_mended() {
         }
         fs::write(&file, text.clone() + lines[3]).expect("it can be written");
         let error = refused(&["merge", parts], 2);
-        let right = format!("{name}: it has 4 designs, and its part of the sweep 3");
+        let last = if part == "1/3" { 2 } else { 8 };
+        let right =
+            format!("{name}: line 5: its part of the sweep ends with design {last}: remove");
         assert!(error.contains(&right), "{error}");
+        // A line that is damaged, is missing, or is of another design is found before anything is computed.
+        let damaged = [
+            (lines[0].to_owned() + lines[2] + lines[3], 2),
+            (lines[..2].concat() + "x,y\n" + lines[3], 3),
+            (
+                lines[..3].concat() + &lines[3].replace(",false", ",1,false"),
+                4,
+            ),
+            (
+                text.replacen(lines[2], &lines[2].replacen('.', ".1", 1), 1),
+                3,
+            ),
+        ];
+        for (content, line) in damaged {
+            let right = format!("{name}: line {line}: design {} of this", last - 4 + line);
+            for ending in ["", ".part"] {
+                let place = file.with_extension(format!("csv{ending}"));
+                fs::write(&place, &content).expect("it can be written");
+                let again = [
+                    &["sweep", &scene],
+                    &vary[..],
+                    &["--shard", part, "--resume"],
+                ]
+                .concat();
+                let error = refused(&again, 2);
+                assert!(
+                    error.contains(
+                        &right.replace(name, &place.file_name().expect("a name").to_string_lossy())
+                    ),
+                    "{error}"
+                );
+                assert_eq!(fs::read_to_string(&place).expect("it is left"), content);
+            }
+            fs::remove_file(file.with_extension("csv.part")).expect("it is there");
+            assert!(refused(&["merge", parts], 2).contains(&right));
+        }
+        fs::write(
+            &file,
+            [&text.as_bytes()[..text.len() - 9], b"\xff\xfe\n"].concat(),
+        )
+        .expect("it can be written");
+        assert!(refused(&["merge", parts], 2).contains(": line 4: design "));
         fs::write(&file, text).expect("it can be written");
     }
 }

@@ -236,7 +236,7 @@ fn measurements_that_do_not_fit_the_scene_are_refused() {
         (
             "mode,natural_frequency [Hz]\n3,1\n",
             "k.stiffness",
-            "mode 3 was measured, but there are only 2",
+            "data.csv:2:1: this is mode 3, and the scene has 2",
         ),
         (
             "natural_frequency [Hz]\n\n",

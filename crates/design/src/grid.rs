@@ -114,23 +114,15 @@ impl Grid {
     /// # Errors
     /// [`GridError::NoSuchPart`].
     pub fn part(&self, part: u64, parts: u64) -> Result<ops::Range<u64>, GridError> {
-        part_of(self.count, part, parts)
+        if part == 0 || part > parts {
+            return Err(GridError::NoSuchPart { part, parts });
+        }
+        let end = |part: u64| {
+            let share = u128::from(self.count) * u128::from(part) / u128::from(parts);
+            share as u64 // it is `count` at most
+        };
+        Ok(end(part - 1)..end(part))
     }
-}
-
-/// What [`Grid::part`] gives for so many designs.
-///
-/// # Errors
-/// [`GridError::NoSuchPart`].
-pub fn part_of(count: u64, part: u64, parts: u64) -> Result<ops::Range<u64>, GridError> {
-    if part == 0 || part > parts {
-        return Err(GridError::NoSuchPart { part, parts });
-    }
-    let end = |part: u64| {
-        let share = u128::from(count) * u128::from(part) / u128::from(parts);
-        share as u64 // it is `count` at most
-    };
-    Ok(end(part - 1)..end(part))
 }
 
 #[cfg(test)]

@@ -24,6 +24,6 @@ pub use difference::{difference, spaced};
 pub use fit::{Fit, FitError, fit, fit_with};
 pub use follower::{FollowError, Followed, Follower};
 pub use front::{FrontPoint, front, front_with};
-pub use grid::{Grid, GridError, part_of};
+pub use grid::{Grid, GridError};
 pub use minimax::{Optimum, OptimumError, Piece, minimise, minimise_with};
 pub use range::{Range, RangeError};

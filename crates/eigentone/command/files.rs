@@ -55,6 +55,11 @@ impl Files {
         if self.input.is_some() && fs::canonicalize(&file).ok() == self.input {
             return Err(Failure::OverScene { file });
         }
+        // It is found before any file has its name: all of them appear, or none.
+        if file.is_dir() {
+            let reason = io::Error::other("a directory has this name: remove it, or name another");
+            return Err(failure(&file, reason));
+        }
         let temporary = format!(".{name}.{}.tmp", std::process::id());
         let temporary = self.directory.join(temporary);
         self.staged.push((temporary.clone(), file.clone()));

@@ -153,7 +153,7 @@ impl Measured {
         }
         match find("time [s]") {
             Some(at) => motions(&table, scene, at),
-            None => modes(&table),
+            None => modes(&table, scene),
         }
     }
 
@@ -605,7 +605,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn modes(table: &Table) -> Result<Measured, Unfit> {
+fn modes(table: &Table, scene: &Scene) -> Result<Measured, Unfit> {
     /// Several headers of one quantity: the first that is there is taken.
     const KNOWN: [&[(&str, Of)]; 2] = [
         &[
@@ -620,6 +620,9 @@ fn modes(table: &Table) -> Result<Measured, Unfit> {
     let find = |name: &str| names.iter().position(|known| known == name);
     let index = find("mode");
     let numbered = index.map(|at| table.column(at)).transpose()?;
+    // Where the scene has none at all, its own refusal says more.
+    let solved = scene.system().modes_to(Precision::Double).ok();
+    let count = solved.map_or(usize::MAX, |modes| modes.len());
     let mut reader = Reader::new(table, index);
     for headers in KNOWN {
         let found = headers
@@ -645,6 +648,11 @@ fn modes(table: &Table) -> Result<Measured, Unfit> {
         reader.add(column, of, &places)?;
         let entries = reader.columns.last_mut().into_iter();
         for entry in entries.flat_map(|column| &mut column.entries) {
+            if entry.at >= count {
+                let place = entry.at + 1;
+                let problem = format!("this is mode {place}, and the scene has {count}");
+                return Err(table.refuse(entry.line, problem).into());
+            }
             let problem = match of {
                 Of::Ratio if entry.value.abs() > 1.0 => {
                     "a damping ratio is −Re λ/|λ|, a number from -1 to 1: 0.02 for two percent"

@@ -3,9 +3,10 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::ops;
 use std::path::{Path, PathBuf};
 
-use eigentone::design::part_of;
+use eigentone::design::{Grid, Range};
 use eigentone::report::{SweepReport, SweepTable, SweptDesign};
 use serde_json::{Value, json};
 
@@ -19,6 +20,7 @@ const MOST_DRAWN: u64 = 100_000;
 pub struct Part {
     directory: PathBuf,
     question: Value,
+    grid: Grid,
     table: SweepTable,
 }
 
@@ -50,11 +52,12 @@ fn stem(part: u64, parts: u64) -> String {
 }
 
 impl Part {
-    /// Of this part of a question, which names everything that its answer depends on.
-    pub fn new(directory: &Path, question: Value, table: SweepTable) -> Part {
+    /// Of this part of a question, which names everything that its answer depends on, and of a grid of designs.
+    pub fn new(directory: &Path, question: Value, grid: Grid, table: SweepTable) -> Part {
         Part {
             directory: directory.to_owned(),
             question,
+            grid,
             table,
         }
     }
@@ -68,32 +71,70 @@ impl Part {
         self.directory.join(stem(part, parts) + ending)
     }
 
+    /// The designs of the part.
+    fn designs(&self, file: &Path) -> Result<ops::Range<u64>, Failure> {
+        let [part, parts] = self.part();
+        let designs = self.grid.part(part, parts);
+        designs.map_err(|error| unfit(file, error.to_string()))
+    }
+
+    /// Reads the complete lines of a table, which must be designs of the part in their order.
+    fn read(&self, file: &Path, mut each: impl FnMut(SweptDesign)) -> Result<Done, Failure> {
+        let ops::Range { mut start, end } = self.designs(file)?;
+        let mut reader = BufReader::new(read(file, File::open(file))?);
+        let (mut line, mut done) = (Vec::new(), Done::default());
+        loop {
+            line.clear();
+            let length = read(file, reader.read_until(b'\n', &mut line))?;
+            if !line.ends_with(b"\n") {
+                done.is_whole = start == end;
+                return Ok(done);
+            }
+            if done.has_header() {
+                let design = str::from_utf8(&line).ok();
+                let design = design.and_then(|line| self.table.read(line));
+                let design = design.filter(|design| {
+                    let here = (design.index, Some(&design.values));
+                    start < end && here == (start, self.grid.design(start).as_ref())
+                });
+                each(design.ok_or_else(|| {
+                    let place = match start < end {
+                        true => format!("design {start} of this sweep must be there, and is not"),
+                        false => format!("its part of the sweep ends with design {}", end - 1),
+                    };
+                    let advice = "remove this line and all behind it, and let --resume go on";
+                    unfit(file, format!("line {}: {place}: {advice}", done.lines + 1))
+                })?);
+                start += 1;
+            }
+            done.lines += 1;
+            done.bytes += length as u64;
+        }
+    }
+
     /// Begins the table, or, to resume, goes on behind the designs that it has: how many these are. `None` where it is complete.
     pub fn open(&self, scene: &Path, resume: bool) -> Result<Option<(Growing, u64)>, Failure> {
         let growing = self.file(".csv.part");
         let known = self.file(".json");
+        let mut done = Done::default();
         if resume && known.exists() {
-            let text = read(&known, fs::read_to_string(&known))?;
-            let answered: Value = serde_json::from_str(&text).unwrap_or_default();
             same(
                 &known,
-                &answered,
+                &question(&known)?,
                 &self.question,
                 "take another directory, or leave --resume out",
             )?;
             let whole = self.file(".csv");
-            if !growing.exists() && whole.exists() {
-                let designs = self.question["designs"].as_u64().unwrap_or(0);
-                if is_whole(&whole, designs, self.part())? {
+            if growing.exists() {
+                done = self.read(&growing, drop)?;
+            } else if whole.exists() {
+                done = self.read(&whole, drop)?;
+                if done.is_whole {
                     return Ok(None);
                 }
                 written(&whole, fs::rename(&whole, &growing))?;
             }
         }
-        let done = match resume && known.exists() && growing.exists() {
-            true => complete_lines(&growing)?,
-            false => [0, 0],
-        };
         let mut files = Files::into(&self.directory)?.beside(scene);
         let [part, parts] = self.part();
         files.write(&(stem(part, parts) + ".json"), |out| {
@@ -105,15 +146,15 @@ impl Part {
                 .create(true)
                 .append(true)
                 .open(&growing)?;
-            file.set_len(done[1])?;
+            file.set_len(done.bytes)?;
             Ok(file)
         };
         let growing = Growing {
             out: BufWriter::new(written(&growing, open())?),
             file: growing,
-            has_header: done[0] > 0,
+            has_header: done.has_header(),
         };
-        Ok(Some((growing, done[0].saturating_sub(1))))
+        Ok(Some((growing, done.lines.saturating_sub(1))))
     }
 
     /// Gives the complete table its name; that of a whole sweep is drawn.
@@ -138,7 +179,7 @@ impl Part {
 
     /// Plots of the table, and a page.
     fn draw(&self) -> Result<(), Failure> {
-        let count = self.question["designs"].as_u64().unwrap_or(0);
+        let count = self.grid.count();
         if count > MOST_DRAWN {
             let _ = writeln!(
                 io::stderr(),
@@ -147,14 +188,8 @@ impl Part {
             );
             return Ok(());
         }
-        let file = self.file(".csv");
-        let text = read(&file, fs::read_to_string(&file))?;
-        let designs: Option<Vec<SweptDesign>> = text
-            .lines()
-            .skip(1)
-            .map(|line| self.table.read(line))
-            .collect();
-        let designs = designs.ok_or_else(|| unfit(&file, "it is no table of this sweep"))?;
+        let mut designs = Vec::new();
+        self.read(&self.file(".csv"), |design| designs.push(design))?;
         let report = SweepReport {
             title: self.question["title"].as_str().unwrap_or_default(),
             table: &self.table,
@@ -189,34 +224,20 @@ fn same(file: &Path, written: &Value, asked: &Value, advice: &str) -> Result<(),
     }
 }
 
-/// How many lines of a file are complete, and how many bytes these have.
-fn complete_lines(file: &Path) -> Result<[u64; 2], Failure> {
-    let mut reader = BufReader::new(read(file, File::open(file))?);
-    let (mut line, mut found) = (Vec::new(), [0, 0]);
-    loop {
-        line.clear();
-        let length = read(file, reader.read_until(b'\n', &mut line))?;
-        if !line.ends_with(b"\n") {
-            return Ok(found);
-        }
-        found = [found[0] + 1, found[1] + length as u64];
-    }
+/// What a table has.
+#[derive(Default)]
+struct Done {
+    /// Complete lines, the first of which names the columns.
+    lines: u64,
+    /// The length of these.
+    bytes: u64,
+    /// Whether these are all designs of the part.
+    is_whole: bool,
 }
 
-/// Whether a table has as many designs as a part of so many in all.
-fn is_whole(file: &Path, designs: u64, [part, parts]: [u64; 2]) -> Result<bool, Failure> {
-    let own = part_of(designs, part, parts).map_err(|error| unfit(file, error.to_string()))?;
-    // The first line names the columns.
-    let found = complete_lines(file)?[0].saturating_sub(1);
-    match found <= own.end - own.start {
-        true => Ok(found == own.end - own.start),
-        false => Err(unfit(
-            file,
-            format!(
-                "it has {found} designs, and its part of the sweep {}",
-                own.end - own.start
-            ),
-        )),
+impl Done {
+    fn has_header(&self) -> bool {
+        self.lines > 0
     }
 }
 
@@ -276,16 +297,23 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
         ));
     }
     let mut asked = question(&first)?;
-    let table = table_of(&first, &asked)?;
-    let designs = asked["designs"].as_u64().unwrap_or(0);
+    for (_, file) in &parts {
+        same(
+            file,
+            &question(file)?,
+            &asked,
+            "give the parts of one sweep",
+        )?;
+    }
+    let mut part = asked_of(&first, directory, &asked)?;
     /// So many are named.
     const MOST_NAMED: usize = 10;
     let mut missing = Vec::new();
     for i in 1..=count {
-        let [file, growing] =
-            [".csv", ".csv.part"].map(|ending| directory.join(stem(i, count) + ending));
+        part.question["part"] = json!([i, count]);
+        let [file, growing] = [".csv", ".csv.part"].map(|ending| part.file(ending));
         let is_there = file.exists() && parts.iter().any(|([part, _], _)| *part == i);
-        if is_there && is_whole(&file, designs, [i, count])? {
+        if is_there && part.read(&file, drop)?.is_whole {
             continue;
         }
         if missing.len() == MOST_NAMED {
@@ -303,63 +331,37 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
             format!("of {count} parts these are missing: {}", missing.join(", ")),
         ));
     }
-    for (_, file) in &parts {
-        same(
-            file,
-            &question(file)?,
-            &asked,
-            "give the parts of one sweep",
-        )?;
-    }
     asked["part"] = json!([1, 1]);
+    part.question = asked;
     let mut files = Files::into(directory)?;
     let mut problem = None;
     files.write("sweep.csv", |out| {
-        let (mut next, mut header) = (0, Vec::new());
+        let mut columns = String::new();
         for i in 1..=count {
             let file = directory.join(stem(i, count) + ".csv");
-            let mut lines = BufReader::new(File::open(&file)?).split(b'\n');
-            let head = lines.next().transpose()?.unwrap_or_default();
-            if head.is_empty() {
+            let mut table = BufReader::new(File::open(&file)?);
+            let mut header = String::new();
+            table.read_line(&mut header)?;
+            if table.fill_buf()?.is_empty() {
                 continue; // a part without designs
             }
-            if header.is_empty() {
-                out.write_all(&head)?;
-                out.write_all(b"\n")?;
-                header = head;
-            } else if head != header {
+            if columns.is_empty() {
+                out.write_all(header.as_bytes())?;
+                columns = header;
+            } else if columns != header {
                 problem.get_or_insert(unfit(&file, "its columns are not those of the other parts"));
             }
-            for line in lines {
-                let line = line?;
-                let index = line.split(|byte| *byte == b',').next();
-                if index != Some(next.to_string().as_bytes()) {
-                    problem.get_or_insert(unfit(
-                        &file,
-                        format!("design {next} is not where it should be"),
-                    ));
-                    break;
-                }
-                out.write_all(&line)?;
-                out.write_all(b"\n")?;
-                next += 1;
-            }
-        }
-        if next != designs {
-            problem.get_or_insert(unfit(
-                directory,
-                format!("the parts have {next} of {designs} designs"),
-            ));
+            io::copy(&mut table, out)?;
         }
         Ok(())
     })?;
     if let Some(problem) = problem {
         return Err(problem);
     }
-    files.write("sweep.json", |out| writeln!(out, "{asked:#}"))?;
+    files.write("sweep.json", |out| writeln!(out, "{:#}", part.question))?;
     files.keep()?;
-    Part::new(directory, asked, table).draw()?;
-    Ok(designs)
+    part.draw()?;
+    Ok(part.grid.count())
 }
 
 fn question(file: &Path) -> Result<Value, Failure> {
@@ -367,22 +369,30 @@ fn question(file: &Path) -> Result<Value, Failure> {
     serde_json::from_str(&text).map_err(|error| unfit(file, error.to_string()))
 }
 
-/// The columns of a table.
-fn table_of(file: &Path, question: &Value) -> Result<SweepTable, Failure> {
+/// The part of a sweep that a question is about.
+fn asked_of(file: &Path, directory: &Path, question: &Value) -> Result<Part, Failure> {
     let texts = |value: &Value| -> Option<Vec<String>> {
         let texts = value.as_array()?.iter();
         texts.map(|text| Some(text.as_str()?.to_owned())).collect()
     };
-    let names = question["vary"]
-        .as_array()
-        .map(|all| all.iter().map(|one| one[0].clone()).collect());
-    let names = names.and_then(|names: Vec<Value>| texts(&Value::from(names)));
-    let metrics = texts(&question["metrics"]);
-    let units = texts(&question["units"]).unwrap_or_default();
-    let table = names.zip(metrics).map(|(parameters, metrics)| SweepTable {
-        parameters,
-        metrics,
-        units,
+    let varied = question["vary"].as_array().and_then(|all| {
+        let each = all.iter().map(|one| {
+            let range = one[1].as_str()?.parse::<Range>().ok()?;
+            Some((one[0].as_str()?.to_owned(), range))
+        });
+        each.collect::<Option<(Vec<String>, Vec<Range>)>>()
     });
-    table.ok_or_else(|| unfit(file, "it does not say what varies, and what is measured"))
+    let asked = varied.zip(texts(&question["metrics"]));
+    let asked = asked.and_then(|((parameters, ranges), metrics)| {
+        let grid = Grid::new(ranges).ok()?;
+        let units = texts(&question["units"]).unwrap_or_default();
+        let table = SweepTable {
+            parameters,
+            metrics,
+            units,
+        };
+        let is_same = question["designs"] == grid.count();
+        is_same.then(|| Part::new(directory, question.clone(), grid, table))
+    });
+    asked.ok_or_else(|| unfit(file, "it does not say what varies, and what is measured"))
 }

@@ -106,7 +106,7 @@ impl Sweep {
                     .collect(),
                 units,
             };
-            let files = Part::new(directory, question, columns.clone());
+            let files = Part::new(directory, question, grid.clone(), columns.clone());
             let Some((growing, done)) = files.open(&self.scene, self.resume)? else {
                 let place = directory.display();
                 let _ = writeln!(

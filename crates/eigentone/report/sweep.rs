@@ -112,6 +112,9 @@ impl SweepTable {
         });
         let parts = rest.get(parameters + metrics..)?.iter().map(number);
         let parts = parts.collect::<Option<Vec<f64>>>()?;
+        if parts.len() % 2 != 0 {
+            return None;
+        }
         Some(SweptDesign {
             index,
             values: values.collect::<Option<_>>()?,

@@ -40,7 +40,7 @@ impl ModalTruncation {
     /// residual flexibility exists, and what the reduced equation reports.
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
         if problem.wants_acceleration() || !problem.sources().is_empty() {
-            let kept = "accelerations, outputs and forces are not kept";
+            let kept = "it gives displacements and velocities alone: leave accelerations, outputs and forces out, or superpose all modes";
             return Err(refusal(kept.to_owned()));
         }
         if !problem.channels().is_empty() {

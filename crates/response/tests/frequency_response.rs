@@ -750,7 +750,7 @@ fn relative_motions_are_complete_whatever_springs_add_up_to() {
 }
 
 /// With losses terms cancel at 0 and at ∞ as without: in what a mass that hangs on another moves beside it, in accelerations, in the
-/// stretch of a free spring, and of what is 0 everywhere. Peaks by mpmath with 50 digits, zeros of d|H|/dΩ of the exact doubles; of
+/// stretch of a free spring, in what a support carries along by springs and dampers, and of what is 0 everywhere. Peaks by mpmath with 50 digits, zeros of d|H|/dΩ of the exact doubles; of
 /// the free spring in closed form, Ω² = k/m_a + k/m_b and 1/(m_a Ω² η).
 #[test]
 fn functions_with_losses_are_complete() {
@@ -774,6 +774,20 @@ fn functions_with_losses_are_complete() {
         .mass("b", 0.0)
         .spring(GROUND, "a", 1.5)
         .spring("a", "b", 0.3);
+    let carried = System::builder()
+        .mass("a", 1.9)
+        .mass("b", 3.52)
+        .support("soil")
+        .spring("soil", "a", 56.3)
+        .spring("a", "b", 32.4)
+        .damper("soil", "b", 0.0982);
+    let two = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 2.0)
+        .mass("c", 2.0)
+        .spring("a", "b", 6.0)
+        .damper("a", "b", 0.5)
+        .spring(GROUND, "c", 1.0);
     let apart = |quantity| between("apart", quantity, "b", "a");
     let moved = || sum("moved", &[(Quantity::Acceleration, "b", 1.0)]);
     let displaced = Quantity::Displacement;
@@ -803,6 +817,35 @@ fn functions_with_losses_are_complete() {
             &[(3.0, 8.0 / 9.0)],
         ),
         (riding, vec![0.1, 6.15], "a", apart(displaced), &[]),
+        // The last peak is 1.2e-4 above the limit for Ω → ∞.
+        (
+            carried.clone(),
+            vec![0.0415, 0.0605],
+            "soil",
+            sum("moved", &[(Quantity::Velocity, "b", 1.0)]),
+            &[
+                (2.326_868_685_919_645_5, 41.608_497_771_257_29),
+                (7.099_576_119_830_777, 16.840_925_374_822_27),
+                (159.159_304_333_715_54, 0.027_901_034_639_764_294),
+            ],
+        ),
+        (
+            carried,
+            vec![0.0415, 0.0605],
+            "soil",
+            sum("moved", &[(Quantity::Displacement, "b", 1.0)]),
+            &[
+                (2.324_586_389_457_389, 17.890_529_688_991_93),
+                (7.094_968_771_047_071, 2.372_871_634_952_83),
+            ],
+        ),
+        (
+            two,
+            vec![0.125, 0.0],
+            "a",
+            sum("moved", &[(displaced, "c", 1.0)]),
+            &[],
+        ),
     ];
     for (builder, losses, from, output, truth) in cases {
         let system = builder.build().expect("a system");

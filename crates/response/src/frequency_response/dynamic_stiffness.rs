@@ -334,7 +334,7 @@ pub(super) fn carried(system: &System, support: usize, loss_factors: &[f64]) -> 
 }
 
 /// For each coordinate the least index of those that it is joined to, be it through others.
-fn parts(n: usize, joints: impl Iterator<Item = (usize, usize)>) -> Vec<usize> {
+pub(super) fn parts(n: usize, joints: impl Iterator<Item = (usize, usize)>) -> Vec<usize> {
     fn root(part: &mut [usize], mut i: usize) -> usize {
         while part[i] != i {
             part[i] = part[part[i]];

@@ -19,6 +19,7 @@ mod modal_refinement;
 mod modal_series;
 mod modal_sum;
 mod modal_values;
+mod odd_powers;
 mod orders;
 mod phasor;
 mod ports;

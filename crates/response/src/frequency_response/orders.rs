@@ -7,7 +7,7 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{BuildError, MatrixKind, System};
+use eigentone_modes::{BuildError, MatrixKind, System, null_vectors};
 use faer::Mat;
 
 /// More rows take too long.
@@ -54,6 +54,17 @@ impl Equations {
         let sum = terms[at].2.get_mut(usize::try_from(power).ok()?)?;
         sum.extend(doubles.into_iter().map(|value| sign * value));
         Some(())
+    }
+
+    /// The motion of n coordinates that balances the input at rest, as a vector of all columns; none where losses aside it is no short
+    /// binary fraction.
+    pub(super) fn carried(&self, n: usize) -> Vec<Vec<(usize, f64)>> {
+        let real = self.real.iter().filter(|(row, ..)| *row < n);
+        let parts = real.flat_map(|(row, column, powers)| {
+            let own = powers[0].iter();
+            own.map(|part| (*row, *column, *part))
+        });
+        null_vectors(n + 1, parts.collect())
     }
 
     /// How many times as often the determinant of the real matrices vanishes.

@@ -23,7 +23,8 @@ pub(super) struct Split {
 }
 
 impl Split {
-    /// By vectors that begin with a 1 where all others are 0; `None` where a product is not exact.
+    /// By vectors that begin with a 1 where all others are 0, one of which may begin in the column of the input; `None` where a product is
+    /// not exact.
     pub(super) fn of(n: usize, exact: &Equations, free: &[Vec<(usize, f64)>]) -> Option<Split> {
         let mut all: BTreeMap<(usize, usize), Powers> = BTreeMap::new();
         for (kind, terms) in [&exact.real, &exact.imaginary].into_iter().enumerate() {
@@ -39,6 +40,9 @@ impl Split {
             let turn = |(i, j): (usize, usize)| if transposed { (j, i) } else { (i, j) };
             for vector in free {
                 let (own, others) = vector.split_first()?;
+                if transposed && own.0 == n {
+                    continue; // the output stays
+                }
                 let added: Vec<Placed> = all
                     .iter()
                     .filter_map(|(place, powers)| {

@@ -13,6 +13,7 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
 
 use super::dynamic_stiffness::{Block, Part};
 use super::modal_functions::ModalFunctions;
+use super::odd_powers::{Place, first_odd};
 use super::orders::{Equations, Orders};
 use super::ports::{Push, Reading};
 use super::power_series::{
@@ -212,10 +213,9 @@ impl Axis<'_> {
             .collect();
         let lossless = !block.has_losses() && parts.iter().all(|part| part.is_real());
         // Where losses are: row, column and power of Ω.
-        let mut lost: Vec<(usize, usize, u32)> = block
-            .losses()
-            .map(|((row, column), _)| (row, column, 0))
-            .collect();
+        let within = block.losses().filter(|_| n > 0);
+        let mut lost: Vec<(usize, usize, u32)> =
+            within.map(|((row, column), _)| (row, column, 0)).collect();
         let read = own.iter().map(|(column, part)| (n, *column, *part));
         let read = read.chain(reading.more.iter().map(|part| (n, n, part)));
         let acts = pushes.iter();
@@ -245,8 +245,13 @@ impl Axis<'_> {
             Some(equations)
         };
         let exact = if n > 0 { exact() } else { None };
-        let split = exact.as_ref().filter(|_| !block.free().is_empty());
-        let split = split.and_then(|exact| Split::of(n, exact, block.free()));
+        let has = |power: i32| pushes.iter().any(|push| push.part.power() == power);
+        let split = exact.as_ref().and_then(|exact| match block.free() {
+            // The first power of what springs and dampers of a support carry along may vanish in |h|².
+            [] if !lost.is_empty() && has(0) && has(1) => Split::of(n, exact, &exact.carried(n)),
+            [] => None,
+            free => Split::of(n, exact, free),
+        });
         let orders = Rc::new(Orders::of(n, exact));
         let powers = |polynomial: &Polynomial| {
             let known = polynomial.each_ref().map(|part| !part.is_zero());
@@ -292,16 +297,19 @@ impl Axis<'_> {
                 .iter()
                 .map(|(&(row, column), polynomial)| (row, column, turned(row, polynomial)));
             let entries: Vec<Entry> = entries.collect();
-            let lost = lost.iter().map(|(row, column, power)| {
-                let turned = spans[*row].1.saturating_sub(*power as usize);
-                (*row, *column, if backward { turned } else { 0 })
+            // Those of sums of columns are not known.
+            let lost = backward.then(|| {
+                let each = lost.iter().map(|(row, column, power)| {
+                    (*row, *column, spans[*row].1.saturating_sub(*power as usize))
+                });
+                each.collect::<Vec<Place>>()
             });
             Axis {
                 modes: None,
                 backward,
                 odd: match lossless || undamped {
                     true => [None; 2],
-                    false => first_odd(n, &entries, lost).map(Some),
+                    false => first_odd(n, &entries, lost.as_deref()).map(Some),
                 },
                 is_real: lossless && undamped,
                 n,
@@ -626,41 +634,6 @@ fn by_modes<T: Real>(
         turns,
         rises_at_zero: false,
     })
-}
-
-/// The first odd powers of x that |h|² and |1/h|² may have beside losses in these places, with powers of x.
-///
-/// With losses times ε, the conjugates of the equations are those of −x and −ε, up to the signs of rows. So |h|² has terms of
-/// even order in both together alone, and an odd power of x comes with a factor ε. At least as many powers of x come with it as in the
-/// equations, beyond those that input and output bring without it.
-fn first_odd(
-    n: usize,
-    entries: &[Entry],
-    lost: impl Iterator<Item = (usize, usize, usize)>,
-) -> [usize; 2] {
-    // What input and output have in common, by whether the row and the column are theirs.
-    let common = |row_is_last: bool, column_is_last: bool| {
-        let own = entries
-            .iter()
-            .filter(|(row, column, _)| (*row == n, *column == n) == (row_is_last, column_is_last));
-        own.filter_map(|(_, _, polynomial)| polynomial.iter().position(|part| !part.is_zero()))
-            .min()
-    };
-    let through = common(false, true).zip(common(true, false));
-    let through = through.map(|(input, output)| input + output);
-    let both = through.into_iter().chain(common(true, true)).min();
-    let both = both.unwrap_or(0);
-    let (mut direct, mut inverse) = (usize::MAX, usize::MAX);
-    for (row, column, power) in lost {
-        let brought = match (row == n, column == n) {
-            (false, false) => 0,
-            (true, true) => both,
-            (last, _) => common(last, !last).unwrap_or(0),
-        };
-        direct = direct.min(power.saturating_sub(brought));
-        inverse = inverse.min(power);
-    }
-    [(2 * both).saturating_add(direct | 1), inverse | 1]
 }
 
 /// The point about which an interval is looked at, and the least ρ.

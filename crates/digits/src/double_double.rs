@@ -30,6 +30,30 @@ pub struct DoubleDouble {
     low: f64,
 }
 
+/// Doubles with the same sum, most often fewer, and none where it is 0; not finite where it leaves their range (Shewchuk 1997,
+/// *Discrete Comput. Geom.* 18, section 2.4).
+///
+/// ```
+/// use eigentone_digits::parts;
+///
+/// assert_eq!(parts(&[0.1, -0.1]), []);
+/// assert_eq!(parts(&[16_812.0, 190_000.0, 0.5]), [206_812.5]);
+/// assert_eq!(parts(&[1.0, 1e-40]), [1.0, 1e-40]);
+/// assert_eq!(parts(&[1e300, 1.0, -1e300]), [1.0]);
+/// ```
+pub fn parts(terms: &[f64]) -> Vec<f64> {
+    let mut parts: Vec<f64> = Vec::new();
+    for &term in terms {
+        let mut rest = term;
+        for part in &mut parts {
+            (*part, rest) = two_sum(*part, rest);
+        }
+        parts.push(rest);
+        parts.retain(|part| *part != 0.0);
+    }
+    parts
+}
+
 /// a + b as sum and error, for any order of magnitudes.
 #[inline]
 pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {

@@ -50,7 +50,7 @@ pub use complex::{ComplexDoubleDouble, WideComplex, modulus};
 pub use dense::{
     Cholesky, Entry, Lu, RealEigen, eigen, eigenvalues, real_eigen, singular_values, svd, thin_svd,
 };
-pub use double_double::DoubleDouble;
+pub use double_double::{DoubleDouble, parts};
 pub use lanes::Lanes;
 pub use magnitude::Magnitude;
 pub use products::{even, product, settle, workspace};

@@ -4,11 +4,11 @@
 use eigentone_digits::DoubleDouble;
 use eigentone_modes::{Bounds, GROUND, MatrixKind, Precision, System};
 use eigentone_response::{
-    ByCertifiedExponential, ByExponential, Extrema, Harmonic, Hold, Impulse, Ramp, Response,
-    ResponseMethod, Samples, State, Step, methods,
+    ByCertifiedExponential, ByExponential, Extrema, Harmonic, Hold, Impulse, Quantity, Ramp,
+    Response, ResponseMethod, Samples, State, Step, methods,
 };
 
-use crate::systems::{CANTILEVER, answers, beam, in_a_row};
+use crate::systems::{CANTILEVER, answers, beam, in_a_row, sum as total};
 
 /// A value with its first two derivatives.
 type Course = [f64; 3];
@@ -438,6 +438,31 @@ fn what_is_driven_does_not_rest() {
     }
     let overflow = asked.until(1000.0).run();
     assert!(overflow.is_err(), "e^1000 is no double");
+}
+
+/// An output whose parts cancel is exactly 0, which no number of digits would show.
+#[test]
+fn what_is_always_0_takes_few_digits() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 2.0)
+        .point("p", [("a", 0.1)], 0.0)
+        .spring(GROUND, "a", 10.0)
+        .spring("a", "b", 11.0);
+    let system = system.build().expect("a system");
+    let displaced = Quantity::Displacement;
+    let motions = [
+        (displaced, "a", 0.05),
+        (displaced, "p", -1.0),
+        (displaced, "a", 0.05),
+    ];
+    let ask = Response::of(&system).from(State::at_rest().displace("a", 1.0));
+    let problem = ask.every(0.1).until(2.0).problem().expect("a problem");
+    let problem = problem.with_combinations(vec![total("nothing", &motions)]);
+    let motion = ByCertifiedExponential.run(&problem.expect("known names"));
+    let motion = motion.expect("a motion");
+    assert_eq!(motion.digits(), 32);
+    assert!(motion.output(0).iter().all(|value| *value == 0.0));
 }
 
 /// A cantilever of 40 elements with a dashpot at its tip, of which steps are 2000 radians long: roundings of products count by the

@@ -154,6 +154,36 @@ fn a_road_that_jumps_brings_what_its_spring_stores() {
     assert_eq!(pushed.kinetic(), [6.0; 5]);
 }
 
+/// What begins with a harmonic that is not 0 at once begins with a jump, as a step of that height does.
+#[test]
+fn a_harmonic_that_begins_with_a_jump_brings_what_a_step_does() {
+    let harmonic = Harmonic::of(3.0, 1.0).with_phase(0.5);
+    let height = 3.0 * 0.5f64.sin();
+    let road = System::builder()
+        .mass("m", 1.0)
+        .support("road")
+        .spring("road", "m", 2.0);
+    let road = road.build().expect("a system");
+    let asked = Response::of(&road).motion("road", Quantity::Displacement, harmonic);
+    let moved = energy(asked.every(0.25).until(2.0));
+    assert_eq!((moved.initial(), moved.kinetic()[0]), (0.0, 0.0));
+    assert_near(moved.work()[0], height * height, 1e-15);
+    assert_balance(&moved);
+    let node = System::builder()
+        .mass("m", 1.0)
+        .mass("node", 0.0)
+        .spring("m", "node", 2.0)
+        .spring("node", GROUND, 2.0);
+    let node = node.build().expect("a system");
+    let at = State::at_rest().displace("m", 1.0);
+    let asked = Response::of(&node).load("node", harmonic).from(at);
+    let pushed = energy(asked.every(0.25).until(2.0));
+    // The node moves from 1/2 by F/4, under a force that rises with its way from none to F.
+    assert_near(pushed.initial(), 0.5, 1e-15);
+    assert_near(pushed.work()[0], height * height / 8.0, 1e-15);
+    assert_balance(&pushed);
+}
+
 /// Springs and dampers do not see from which frame they are looked at: on a soil that ends metres away a building stores and
 /// loses what one on a fixed soil does under −m u″, also where its damping is given by modes or by masses.
 #[test]
@@ -456,11 +486,16 @@ fn what_is_brought_and_taken_is_the_integral_of_a_power() {
     let full = chain(0.7)
         .matrix(MatrixKind::Mass, mass.as_ref())
         .matrix(MatrixKind::Damping, damping.as_ref());
-    for builder in [
-        full.spring(GROUND, "a", 3.0).damper("b", "c", 0.3),
-        chain(0.0).damper(GROUND, "c", 0.5),
-        chain(0.0).spring(GROUND, "c", 2.0).damper("a", "b", 0.4),
-        chain(3.0).damper("a", "c", 1e-3),
+    // What a node without mass and damper moves at once, under half of the force on average, against springs of 1 and 2 N/m.
+    let at_once = (1.5 * 0.3f64.sin()).powi(2) / (2.0 * 3.0);
+    for (builder, at_once) in [
+        (full.spring(GROUND, "a", 3.0).damper("b", "c", 0.3), 0.0),
+        (chain(0.0).damper(GROUND, "c", 0.5), 0.0),
+        (
+            chain(0.0).spring(GROUND, "c", 2.0).damper("a", "b", 0.4),
+            at_once,
+        ),
+        (chain(3.0).damper("a", "c", 1e-3), 0.0),
     ] {
         let system = builder.build().expect("a system");
         let asked = Response::of(&system)
@@ -492,7 +527,7 @@ fn what_is_brought_and_taken_is_the_integral_of_a_power() {
             });
             [brought, (v.transpose() * &c * v)]
         };
-        let mut sums = [0.0; 2];
+        let mut sums = [at_once, 0.0];
         for k in (2..motion.len()).step_by(2) {
             let three = [k - 2, k - 1, k].map(powers);
             for (kind, sum) in sums.iter_mut().enumerate() {

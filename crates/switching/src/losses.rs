@@ -22,6 +22,8 @@ pub(crate) struct Taken<T> {
     dampers: Vec<(T, [Row<T>; 2])>,
     by_dampers: Vec<T>,
     by_switches: Vec<T>,
+    /// Sums of the sizes of what each switch took and gave back.
+    passed: Vec<f64>,
     /// Which of the dampers and of the switches have taken energy without limit.
     without_limit: [Vec<bool>; 2],
     /// 1/k.
@@ -35,6 +37,7 @@ impl<T: Real> Taken<T> {
             by_dampers: vec![T::ZERO; dampers.len()],
             dampers,
             by_switches: vec![T::ZERO; switches],
+            passed: vec![0.0; switches],
             inverses: Vec::new(),
         }
     }
@@ -53,17 +56,19 @@ impl<T: Real> Taken<T> {
             *sum = *sum + *coefficient * seconds * integral(&mut self.inverses, &rate, &rate, end);
         }
         let switches = places.iter().zip(&current.forces);
-        for ((place, force), sum) in switches.zip(&mut self.by_switches) {
+        for (switch, (place, force)) in switches.enumerate() {
             if let Some(force) = force {
                 let rate = powers(series, &place.rate, end);
                 let force = powers(series, force, end);
-                *sum = *sum - seconds * integral(&mut self.inverses, &force, &rate, end);
+                let brought = seconds * integral(&mut self.inverses, &force, &rate, end);
+                self.impact(switch, -brought);
             }
         }
     }
 
-    /// Adds what an impact takes.
+    /// Adds what a switch takes, at an impact or over a time.
     pub(crate) fn impact(&mut self, switch: usize, energy: T) {
+        self.passed[switch] += energy.to_f64().abs();
         self.by_switches[switch] = self.by_switches[switch] + energy;
     }
 
@@ -81,6 +86,16 @@ impl<T: Real> Taken<T> {
     }
 
     pub(crate) fn total(&self) -> Losses {
+        /// What is less than this part of what passed is rounding.
+        const HIDDEN: f64 = 1e-20;
+        let taken = self.by_switches.iter().zip(&self.passed);
+        let taken = taken.map(
+            |(energy, passed)| match energy.to_f64().abs() <= HIDDEN * passed {
+                true => T::ZERO,
+                false => *energy,
+            },
+        );
+        let taken: Vec<T> = taken.collect();
         let rounded = |all: &[T], without_limit: &[bool]| {
             let each = all.iter().zip(without_limit);
             each.map(|(energy, without_limit)| match without_limit {
@@ -91,7 +106,7 @@ impl<T: Real> Taken<T> {
         };
         Losses {
             dampers: rounded(&self.by_dampers, &self.without_limit[0]),
-            switches: rounded(&self.by_switches, &self.without_limit[1]),
+            switches: rounded(&taken, &self.without_limit[1]),
         }
     }
 }

@@ -95,12 +95,15 @@ impl<'a, 'b, T: Real> Course<'a, 'b, T> {
         let (w, rate) = (driven.generator.w.transposed(), taken.form(driven.len()));
         let size = driven.len() as f64;
         let mut spent = 2.0 * cost::<T>() * size.powi(2) * instants.len() as f64;
+        // Sines run from the start, so that what they would do at once is taken off.
+        let (mut before, off) = driven.start();
+        before[driven.generator.states..].fill(T::ZERO);
+        let initially = held.each_ref().map(|rows| rows.value(&before, off));
         let mut walker = Walker::new(driven);
         let mut walk = Walk::of(problem);
         let nothing = (T::ZERO, Magnitude::ZERO);
         let mut passed = nothing;
         let mut integrals: HashMap<[u64; 2], Normed<T>> = HashMap::new();
-        let initially = held.each_ref().map(|rows| rows.value(&mut walker));
         walker.begin(0);
         walker.prepare_all(instants.len() as u64);
         let mut found = Vec::with_capacity(instants.len());
@@ -132,7 +135,8 @@ impl<'a, 'b, T: Real> Course<'a, 'b, T> {
                 }
                 walker.go(from, to);
             }
-            let [first, second] = held.each_ref().map(|rows| rows.value(&mut walker));
+            let off = walker.error();
+            let [first, second] = held.each_ref().map(|rows| rows.value(walker.exact(), off));
             found.push([first, second, passed]);
         }
         let [first, second] = initially;
@@ -203,10 +207,8 @@ impl<T: Real> Rows<T> {
         Rows(squares.terms.iter().map(row).collect())
     }
 
-    /// The sum for the states and loads that the walker has reached.
-    fn value(&self, walker: &mut Walker<'_, '_, T>) -> Known<T> {
-        let off = walker.error();
-        let zeta = walker.exact();
+    /// The sum for states and loads that are known to so much.
+    fn value(&self, zeta: &[T], off: Magnitude) -> Known<T> {
         let (n, size) = (zeta.len(), length(zeta));
         let (mut total, mut sizes) = (T::ZERO, Magnitude::ZERO);
         let mut error = Magnitude::ZERO;

@@ -6,7 +6,7 @@
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::parts;
 use eigentone_modes::{BuildError, MatrixKind, System, null_vectors};
 use faer::Mat;
 
@@ -182,32 +182,9 @@ fn system(size: usize, terms: &[Terms]) -> Result<System, BuildError> {
     builder.build()
 }
 
-/// Doubles with the same sum, most often fewer; not finite where it leaves their range.
-pub(super) fn parts(terms: &[f64]) -> Vec<f64> {
-    let mut parts: Vec<f64> = Vec::new();
-    for &term in terms {
-        let mut rest = term;
-        for part in &mut parts {
-            let sum = DoubleDouble::from(*part) + DoubleDouble::from(rest);
-            (*part, rest) = (sum.high(), sum.low());
-        }
-        parts.push(rest);
-        parts.retain(|part| *part != 0.0);
-    }
-    parts
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn parts_have_the_same_sum() {
-        assert_eq!(parts(&[0.1, -0.1]), Vec::<f64>::new());
-        assert_eq!(parts(&[16_812.0, 190_000.0, 0.5]), [206_812.5]);
-        assert_eq!(parts(&[1.0, 1e-40]), [1.0, 1e-40]);
-        assert_eq!(parts(&[1e300, 1.0, -1e300]), [1.0]);
-    }
 
     /// (0.1 + 0.2 − s)(1 + λ) with s = 0.1 + 0.2 as the doubles are, and with the double nearest to it.
     #[test]

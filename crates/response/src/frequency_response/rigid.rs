@@ -5,8 +5,10 @@
 
 use std::collections::BTreeMap;
 
+use eigentone_digits::parts;
+
 use super::dynamic_stiffness::{complex_polynomial, products};
-use super::orders::{Equations, parts};
+use super::orders::Equations;
 use super::power_series::Polynomial;
 
 /// By powers of λ the doubles whose sums multiply 1, and those that multiply i.

@@ -245,10 +245,9 @@ impl Axis<'_> {
             Some(equations)
         };
         let exact = if n > 0 { exact() } else { None };
-        let has = |power: i32| pushes.iter().any(|push| push.part.power() == power);
         let split = exact.as_ref().and_then(|exact| match block.free() {
-            // The first power of what springs and dampers of a support carry along may vanish in |h|².
-            [] if !lost.is_empty() && has(0) && has(1) => Split::of(n, exact, &exact.carried(n)),
+            // The first power of what a support carries along may vanish in |h|².
+            [] if !lost.is_empty() => Split::of(n, exact, &exact.carried(n)),
             [] => None,
             free => Split::of(n, exact, free),
         });

@@ -1,5 +1,6 @@
 //! Sums of motions that are asked for beside those of the coordinates.
 
+use eigentone_digits::{DoubleDouble, parts};
 use eigentone_modes::{ElementKind, Form, System};
 
 use super::channel::Quantity;
@@ -59,6 +60,7 @@ impl Source {
                 add(Source::order(kind), &element.stretch, element.coefficient);
             }
         }
+        source.cancel();
         Ok(source)
     }
 
@@ -88,6 +90,27 @@ impl Source {
         let supports = form.supports.iter().map(|&(s, b)| (system.len() + s, b));
         let places = form.coordinates.iter().copied().chain(supports);
         self.terms[order].extend(places.map(|(i, a)| (i, [a, factor])));
+    }
+
+    /// Leaves out what adds up to exactly 0, which no digits would show.
+    fn cancel(&mut self) {
+        for terms in &mut self.terms {
+            let mut places: Vec<usize> = terms.iter().map(|(i, _)| *i).collect();
+            places.sort_unstable();
+            for own in places.chunk_by(|a, b| a == b).filter(|own| own.len() > 1) {
+                let all = terms.iter().filter(|(i, _)| *i == own[0]);
+                let products = all.map(|(_, [a, b])| DoubleDouble::product(*a, *b));
+                let products: Vec<DoubleDouble> = products.collect();
+                let is_exact =
+                    |product: &DoubleDouble| (1e-200..1e200).contains(&product.high().abs());
+                let sum = products
+                    .iter()
+                    .flat_map(|product| [product.high(), product.low()]);
+                if products.iter().all(is_exact) && parts(&sum.collect::<Vec<f64>>()).is_empty() {
+                    terms.retain(|(i, _)| *i != own[0]);
+                }
+            }
+        }
     }
 
     /// Whether any acceleration is part of it.

@@ -2206,6 +2206,34 @@ fn the_best_absorber_is_that_of_closed_forms_in_any_units() {
     }
 }
 
+/// The gain of one mass is 1/(c √(1 − c²/4)) below c = √2 and 1 from there on: between 0 and 100 nearly all values are of the second
+/// kind.
+#[test]
+fn limits_from_0_are_searched_near_0_too() {
+    let folder = fresh("optimise-from-0");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("one.json");
+    let text = r#"{"masses": [{"name": "m", "mass": 1}], "springs": [{"between": ["ground", "m"], "stiffness": 1}],
+        "dampers": [{"name": "c", "between": ["ground", "m"], "damping": 10}]}"#;
+    fs::write(&file, text).expect("it can be written");
+    let file = file.to_str().expect("a UTF-8 path");
+    let asked = [
+        "optimise",
+        file,
+        "--vary",
+        "c.damping=0:100",
+        "--maximise",
+        "gain m m",
+        "--json",
+    ];
+    let answer = parsed(&asked);
+    assert!(
+        answer["metric"]["value"].as_f64().expect("a gain") > 10.0,
+        "{answer}"
+    );
+    assert_eq!(answer["certificate"]["constant"], false, "{answer}");
+}
+
 #[test]
 fn what_cannot_be_optimised_is_refused() {
     let folder = fresh("optimise-refused");

@@ -289,14 +289,15 @@ where
         let each = each.map(|(&(low, high), &u)| match u {
             0.0 => low,
             1.0 => high,
-            u => match decades(low, high) {
+            u => match Scale::of(low, high) {
                 // In two steps: the ratio to `low` may itself be beyond doubles.
-                Some(range) if !(high / low).is_finite() => {
+                Scale::Ratios(range) if !(high / low).is_finite() => {
                     let half = (0.5 * u * range).exp();
                     low * half * half
                 }
-                Some(range) => low * (u * range).exp(),
-                None => low + u * (high - low),
+                Scale::Ratios(range) => low * (u * range).exp(),
+                Scale::FromZero => high * ((u * FROM_ZERO.ln_1p()).exp_m1() / FROM_ZERO),
+                Scale::Even => low + u * (high - low),
             },
         });
         each.collect()
@@ -310,9 +311,10 @@ where
             .limits
             .iter()
             .zip(&point)
-            .map(|(&(low, high), &x)| match decades(low, high) {
-                Some(range) => x * range,
-                None => high - low,
+            .map(|(&(low, high), &x)| match Scale::of(low, high) {
+                Scale::Ratios(range) => x * range,
+                Scale::FromZero => (x + high / FROM_ZERO) * FROM_ZERO.ln_1p(),
+                Scale::Even => high - low,
             })
             .collect();
         let each = here.pieces.iter().map(|piece| {
@@ -742,10 +744,27 @@ where
     }
 }
 
-/// ln(high/low) of limits that vary by ratios.
-fn decades(low: f64, high: f64) -> Option<f64> {
-    (low > 0.0 && high / low > WIDE).then(|| logarithm(high, low))
+/// How a parameter varies between its limits.
+enum Scale {
+    /// By ratios; ln(high/low).
+    Ratios(f64),
+    /// By ratios, but for the part next to the lower limit, which is 0.
+    FromZero,
+    Even,
 }
+
+impl Scale {
+    fn of(low: f64, high: f64) -> Scale {
+        match low > 0.0 {
+            true if high / low > WIDE => Scale::Ratios(logarithm(high, low)),
+            false if low == 0.0 => Scale::FromZero,
+            _ => Scale::Even,
+        }
+    }
+}
+
+/// The upper limit over the part next to 0 that varies evenly.
+const FROM_ZERO: f64 = 1e3;
 
 /// ln(a/b), also where the ratio is beyond doubles.
 fn logarithm(a: f64, b: f64) -> f64 {
@@ -759,9 +778,10 @@ fn logarithm(a: f64, b: f64) -> f64 {
 /// Parts of the ranges from parameters.
 pub(crate) fn inside(limits: &[(f64, f64)], point: &[f64]) -> Vec<f64> {
     let each = limits.iter().zip(point);
-    let each = each.map(|(&(low, high), &x)| match decades(low, high) {
-        Some(range) => logarithm(x, low) / range,
-        None => (x - low) / (high - low),
+    let each = each.map(|(&(low, high), &x)| match Scale::of(low, high) {
+        Scale::Ratios(range) => logarithm(x, low) / range,
+        Scale::FromZero => (FROM_ZERO * (x / high)).ln_1p() / FROM_ZERO.ln_1p(),
+        Scale::Even => (x - low) / (high - low),
     });
     each.map(|u| u.clamp(0.0, 1.0)).collect()
 }

@@ -187,6 +187,11 @@ fn length(residuals: &[f64]) -> f64 {
     residuals.iter().copied().fold(0.0, f64::hypot)
 }
 
+/// Their root mean square.
+fn mean(residuals: &[f64]) -> f64 {
+    length(residuals) / (residuals.len() as f64).sqrt()
+}
+
 /// Points that fill the numbers within twice and half of those at the start (Martin Roberts's sequence, 2018: each is the one before and the
 /// powers of 1/φ, φ^{d+1} = φ + 1, but for whole numbers).
 fn around(start: &[f64]) -> Vec<Vec<f64>> {
@@ -210,9 +215,34 @@ fn misfit(found: &design::Fit, measured: &Measured, known: bool) -> Option<Strin
     const ROUNDING: f64 = 1e-9;
     /// A model that says nothing leaves 1, and 1/√2 of complex values.
     const MOST: f64 = 0.5;
-    let mean = length(&found.residuals) / (found.residuals.len() as f64).sqrt();
-    if !known && mean > MOST {
-        return Some("more than half of what was measured is left".to_owned());
+    /// The sum of many products of neighbours, over the root of that of their squares, is normal, and this far out once in a thousand
+    /// times: the correlation of Durbin and Watson (1950, *Biometrika* 37) for errors of any sizes.
+    const SELDOM: f64 = 3.29;
+    let mut rest = &found.residuals[..];
+    let (mut together, mut squares) = (0.0, 0.0f64);
+    for column in &measured.columns {
+        let Some(own) = rest.split_off(..column.entries.len()) else {
+            break;
+        };
+        if !known && mean(own) > MOST {
+            let name = &column.name;
+            return Some(format!(
+                "more than half of what was measured as {name} is left"
+            ));
+        }
+        for pair in own.windows(2) {
+            let product = pair[0] * pair[1];
+            together += product;
+            squares = squares.hypot(product);
+        }
+    }
+    let size = length(&found.residuals);
+    let correlation = together / size / size;
+    let mean = mean(&found.residuals);
+    if (known || mean > ROUNDING) && f64::abs(together) > SELDOM * squares {
+        return Some(format!(
+            "residuals of neighbouring lines have the correlation {correlation:.2}, which those of independent errors have less than once in a thousand times"
+        ));
     }
     let (index, size) = found.outlier().filter(|_| known || mean > ROUNDING)?;
     let columns = measured.columns.iter();
@@ -299,7 +329,7 @@ impl Answer<'_> {
             };
             let _ = writeln!(text, "±: 95 % confidence intervals, {rest}");
         }
-        let mean = length(&found.residuals) / (found.residuals.len() as f64).sqrt();
+        let mean = mean(&found.residuals);
         let _ = match self.known {
             true => writeln!(
                 text,

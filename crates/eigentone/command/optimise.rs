@@ -364,7 +364,7 @@ impl Answer<'_> {
         if optimum.is_constant {
             let _ = writeln!(
                 text,
-                "the same at all {} points within the limits that were tried: nothing that varies changes it",
+                "the same at all {} points within the limits that were tried: what varies may not change it",
                 optimum.evaluations
             );
             return text;

@@ -50,7 +50,7 @@ pub struct Spectrum {
 impl Spectrum {
     pub fn run(self) -> Result<(), Failure> {
         let precision = self.accuracy.precision()?;
-        if self.from > self.to || self.from == self.to && self.count > 1 {
+        if self.count > 1 && self.from >= self.to {
             let (from, to) = (self.from, self.to);
             return Err(Failure::Frequencies { from, to });
         }

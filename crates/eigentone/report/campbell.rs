@@ -73,7 +73,7 @@ impl<'a> CampbellReport<'a> {
                 "\nProven: there are no others of these orders from {first} to {last} rad/s.\n"
             ),
             false => format!(
-                "\nNot proven to be all from {first} to {last} rad/s: between two speeds of the table, or at its ends, others may be missing; give more speeds.\n"
+                "\nNot proven to be all from {first} to {last} rad/s: between two speeds of the table, or at its ends, others may be missing; more speeds may show them.\n"
             ),
         };
         if !diagram.is_sure() {

@@ -317,10 +317,17 @@ impl<'a> FrequencyReport<'a> {
         writeln!(out)
     }
 
-    /// The headers that real part, imaginary part and bound of each function have in CSV.
+    /// The headers that real part, imaginary part and bound of each function have in CSV: with the unit, or the quantity
+    /// where it is not known and not a displacement.
     pub fn headers(&self) -> Vec<String> {
         let each = self.functions.functions().iter().flat_map(|function| {
-            let (name, unit) = (self.name(function), self.unit(function));
+            let (name, mut unit) = (self.name(function), self.unit(function));
+            let others = function
+                .quantity()
+                .filter(|quantity| *quantity != Quantity::Displacement);
+            if let (Some(quantity), true) = (others, unit.is_empty()) {
+                unit = quantity_name(quantity).to_owned();
+            }
             ["re", "im", "bound"].map(|part| {
                 let header = unit::bracketed(&format!("{name} {part}"), &unit);
                 csv::text(&header).into_owned()

@@ -20,9 +20,13 @@ impl IntegerPolynomial {
         while coefficients.last().is_some_and(BigInt::is_zero) {
             coefficients.pop();
         }
-        let content = coefficients
-            .iter()
-            .fold(BigInt::zero(), |gcd, c| gcd.gcd(c));
+        let content = coefficients.iter().fold(BigInt::zero(), |content, c| {
+            // Halving steps take long where one number is much longer.
+            match content.is_zero() {
+                true => c.abs(),
+                false => content.gcd(&(c % &content)),
+            }
+        });
         let negative = coefficients.last().is_some_and(BigInt::is_negative);
         let content = if negative { -content } else { content };
         for coefficient in &mut coefficients {
@@ -98,12 +102,12 @@ impl IntegerPolynomial {
 
     /// The greatest common divisor, from those modulo primes (W. S. Brown, *On Euclid's algorithm and
     /// the computation of polynomial greatest common divisors*, J. ACM 18, 1971). None modulo a prime
-    /// has a lower degree, so that one that divides both is the greatest.
+    /// has a lower degree, so that one that divides both is the greatest. Its coefficients beside the leading one
+    /// are fractions, and are known as soon as there are twice as many digits as in these.
     pub(super) fn common_divisor(&self, other: &IntegerPolynomial) -> IntegerPolynomial {
-        let leading = self.leading().gcd(other.leading());
         let mut found = Remainders::none(0);
         let mut degree = usize::MAX;
-        let mut before = Vec::new();
+        let (mut count, mut enough) = (0usize, 1);
         for field in PrimeField::all() {
             if field.of(self.leading()) == 0 || field.of(other.leading()) == 0 {
                 continue;
@@ -120,18 +124,21 @@ impl IntegerPolynomial {
             if divisor.len() < degree {
                 degree = divisor.len();
                 found = Remainders::none(degree);
+                (count, enough) = (0, 1);
             }
-            let factor = field.of(&leading);
-            let scaled: Vec<u64> = divisor.iter().map(|c| field.times(*c, factor)).collect();
-            found.add(field, &scaled);
-            let now = found.least();
-            if now == before {
-                let candidate = IntegerPolynomial::new(now);
-                if self.divided_by(&candidate).is_some() && other.divided_by(&candidate).is_some() {
-                    return candidate;
-                }
-            } else {
-                before = now;
+            found.add(field, &divisor);
+            count += 1;
+            if count < enough {
+                continue;
+            }
+            // A few more than half as many, so that trials take no more time than primes do.
+            enough = count + count / 2 + 1;
+            let candidate = found.fractions().map(over_one_denominator);
+            let divides = |candidate: &IntegerPolynomial| {
+                self.divided_by(candidate).is_some() && other.divided_by(candidate).is_some()
+            };
+            if let Some(candidate) = candidate.filter(divides) {
+                return candidate;
             }
         }
         unreachable!("some prime does not divide what distinguishes the two")
@@ -140,6 +147,16 @@ impl IntegerPolynomial {
     fn leading(&self) -> &BigInt {
         self.coefficients.last().expect("no polynomial here is 0")
     }
+}
+
+/// The polynomial whose coefficients have these ratios.
+fn over_one_denominator(fractions: Vec<(BigInt, BigInt)>) -> IntegerPolynomial {
+    let denominators = fractions.iter().map(|(_, below)| below);
+    let common = denominators.fold(BigInt::from(1), |common, below| common.lcm(below));
+    let scaled = fractions
+        .iter()
+        .map(|(above, below)| above * (&common / below));
+    IntegerPolynomial::new(scaled.collect())
 }
 
 /// Squarefree polynomials with the multiplicities of their roots (D. R. Musser, *Algorithms for

@@ -2,7 +2,7 @@
 //! time: H. L. Garner, *The residue number system*, 1959).
 
 use num_bigint::BigInt;
-use num_traits::{One, Zero};
+use num_traits::{One, Signed, Zero};
 
 use super::prime_field::PrimeField;
 
@@ -43,5 +43,29 @@ impl Remainders {
             false => value.clone(),
         };
         self.values.iter().map(least).collect()
+    }
+
+    /// The fractions with these remainders whose numerators and denominators are at most the root of half of the modulus: there is
+    /// one at most for each (P. S. Wang, *A p-adic algorithm for univariate partial fractions*, SYMSAC 1981). `None` where one has none.
+    pub(super) fn fractions(&self) -> Option<Vec<(BigInt, BigInt)>> {
+        let half: BigInt = &self.modulus >> 1;
+        let most = half.sqrt();
+        let fraction = |value: &BigInt| {
+            let (mut before, mut now) = (self.modulus.clone(), value.clone());
+            let (mut below_before, mut below) = (BigInt::zero(), BigInt::one());
+            while now > most {
+                let quotient = &before / &now;
+                let next = &before - &quotient * &now;
+                (before, now) = (now, next);
+                let next = &below_before - &quotient * &below;
+                (below_before, below) = (below, next);
+            }
+            match below.is_negative() {
+                _ if below.abs() > most => None,
+                true => Some((-now, -below)),
+                false => Some((now, below)),
+            }
+        };
+        self.values.iter().map(fraction).collect()
     }
 }

@@ -130,7 +130,7 @@ const LEFT_OUT: [(&str, &str); 33] = [
     ),
     (
         "CycleError::NoMultipliers",
-        "no motion is known whose multipliers doubles do not give",
+        "is said of a damper between bodies that rest beside a periodic motion of others",
     ),
     (
         "CycleError::Lost",

@@ -22,6 +22,34 @@ pub(crate) struct Place<T> {
     pub(crate) push_error: f64,
 }
 
+impl<T: Real> Place<T> {
+    /// What a damper does in a phase; `None` of other elements. Beside what stands still v is v_b, so that its law is that of one damping.
+    pub(crate) fn setting(&self, phase: Phase) -> Option<Setting> {
+        let own = phase.setting()?;
+        match &self.switch {
+            Switch::ControlledDamper(damper) if self.is_grounded() => Some(match damper.law {
+                _ if own == Setting::Hold => own,
+                DamperLaw::OnOffSkyhook => Setting::High,
+                DamperLaw::ClippedSkyhook { sky } if sky <= damper.low => Setting::Low,
+                DamperLaw::ClippedSkyhook { sky } if sky >= damper.high => Setting::High,
+                DamperLaw::ClippedSkyhook { .. } => Setting::Sky,
+            }),
+            _ => Some(own),
+        }
+    }
+
+    /// The larger size of v_b and v of a damper whose law at rest is not that of one damping: of those beside what stands still it is.
+    pub(crate) fn speed(&self, zeta: &[T]) -> Option<f64> {
+        let is_damper = matches!(self.switch, Switch::ControlledDamper(_));
+        let speeds = [&self.body, &self.rate].map(|row| row.at(zeta).to_f64().abs());
+        (is_damper && !self.is_grounded()).then(|| speeds[0].max(speeds[1]))
+    }
+
+    fn is_grounded(&self) -> bool {
+        self.body.entries == self.rate.entries
+    }
+}
+
 /// A function of ζ that stays ≥ 0 while a phase lasts.
 pub(crate) struct Guard<T> {
     /// Index of the switch.
@@ -401,7 +429,7 @@ fn law<T: Real>(place: &Place<T>, phase: Phase, one: T) -> Option<Row<T>> {
             let gap = T::from(stop.stiffness) * T::from(stop.gap) * one;
             Some(Row::sum(&own).plus_constant(gap))
         }
-        (Switch::ControlledDamper(damper), phase) => match phase.setting()? {
+        (Switch::ControlledDamper(damper), phase) => match place.setting(phase)? {
             Setting::Low => Some(Row::sum(&[(-damper.low, &place.rate)])),
             Setting::High => Some(Row::sum(&[(-damper.high, &place.rate)])),
             Setting::Sky => match damper.law {

@@ -95,6 +95,8 @@ struct Pass {
     rate: Vec<f64>,
     /// How far each may be off.
     errors: Vec<f64>,
+    /// Of the controlled dampers between what may move.
+    speeds: Vec<f64>,
     events: Vec<Event>,
 }
 
@@ -130,7 +132,8 @@ impl Search<'_, '_, '_> {
                 period: fixed.period.to_f64(),
             });
         }
-        let is_reached = self.is_near(&start, &fixed)?;
+        let samples = self.samples(&fixed)?;
+        let is_reached = fixed.is_near(&start, &samples);
         let ball: Vec<f64> = fixed.scales.iter().map(|scale| off_state / scale).collect();
         let known = self.pass(&fixed.motion, fixed.period, &ball)?;
         let mut monodromy = fixed.pass.tangent.clone();
@@ -142,8 +145,10 @@ impl Search<'_, '_, '_> {
         }
         let matrix = Mat::from_fn(n, n, |i, j| monodromy[i * n + j]);
         let seconds = fixed.period.to_f64();
+        let found =
+            eigenvalues(matrix.as_ref()).filter(|_| !fixed.leaves_dampers_at_rest(&samples));
         let unknown = CycleError::NoMultipliers { period: seconds };
-        let mut multipliers = eigenvalues(matrix.as_ref()).ok_or(unknown)?;
+        let mut multipliers = found.ok_or(unknown)?;
         sort_by_number(&mut multipliers, |a| -a.norm());
         multipliers.truncate(n - usize::from(free));
         let (displacement, velocity): (Vec<f64>, Vec<f64>) = {
@@ -181,20 +186,16 @@ impl Search<'_, '_, '_> {
         timeline.pieces().len() == 1 && still
     }
 
-    /// Whether a state is near a periodic motion, beside how far that moves in a period.
-    fn is_near(&self, state: &[Digits], fixed: &Fixed) -> Result<bool, CycleError> {
-        const NEAR: f64 = 0.01;
+    /// What the motion comes to within its period, where it can be followed.
+    fn samples(&self, fixed: &Fixed) -> Result<Vec<Pass>, CycleError> {
         let known = vec![0.0; fixed.scales.len()];
-        let mut extent = 0.0f64;
         // √2 − 1, √3 − 1 and √5 − 2 of a period: a motion that repeats within it is not back at its start at all three.
-        for part in [0.414_213_562, 0.732_050_808, 0.236_067_977] {
+        let parts = [0.414_213_562, 0.732_050_808, 0.236_067_977];
+        let passes = parts.map(|part| {
             let until = fixed.period.mul_f64(part);
-            if let Ok(pass) = tried(self.pass(&fixed.motion, until, &known))? {
-                let apart = length(&scaled(&pass.motion, &fixed.motion, &fixed.scales));
-                extent = extent.max(apart);
-            }
-        }
-        Ok(length(&scaled(state, &fixed.motion, &fixed.scales)) <= NEAR * extent)
+            Ok(tried(self.pass(&fixed.motion, until, &known))?.ok())
+        });
+        passes.into_iter().filter_map(Result::transpose).collect()
     }
 
     /// The same with its least period: a part of the one that was found, with as large a part of its events.
@@ -386,12 +387,39 @@ impl Pass {
                 .iter()
                 .map(|row| march.vague(row) + row.own_error(march.size()))
                 .collect(),
+            speeds: march
+                .places
+                .iter()
+                .filter_map(|place| place.speed(&march.zeta))
+                .collect(),
             events: march.events,
         }
     }
 }
 
 impl Fixed {
+    /// Whether a state is near, beside how far the motion goes in a period.
+    fn is_near(&self, state: &[Digits], samples: &[Pass]) -> bool {
+        const NEAR: f64 = 0.01;
+        let apart = samples.iter().map(|pass| {
+            let off = scaled(&pass.motion, &self.motion, &self.scales);
+            length(&off)
+        });
+        let extent = apart.fold(0.0, f64::max);
+        length(&scaled(state, &self.motion, &self.scales)) <= NEAR * extent
+    }
+
+    /// Whether a controlled damper is at rest all the time between what may move: it answers disturbances by no linear law.
+    fn leaves_dampers_at_rest(&self, samples: &[Pass]) -> bool {
+        /// Slower ones, beside the fastest of the motion, are the digits that are left.
+        const REST: f64 = 1e-20;
+        let passes = || samples.iter().chain([&self.pass]);
+        let velocities = passes().flat_map(|pass| &pass.motion[pass.motion.len() / 2..]);
+        let fastest = velocities.fold(0.0, |most, v| v.to_f64().abs().max(most));
+        (0..self.pass.speeds.len())
+            .any(|damper| passes().all(|pass| pass.speeds[damper] <= REST * fastest))
+    }
+
     /// Whether it moves no farther than what is not known of it lets it: then it is a place of rest, which any period fits.
     fn rests(&self, off: f64) -> bool {
         /// How many times as fast as once a period it may oscillate.

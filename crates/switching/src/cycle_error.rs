@@ -53,7 +53,7 @@ pub enum CycleError {
     NotIsolated,
     /// What becomes of disturbances of a periodic motion that was found is not known.
     #[error(
-        "a periodic motion was found, of {period:?} s, but doubles do not give its multipliers, so that it is not known whether it is stable"
+        "a periodic motion was found, of {period:?} s, but no multipliers, so that it is not known whether it is stable: a controlled damper between what rests answers small disturbances by no linear law, or doubles do not give them"
     )]
     NoMultipliers {
         /// In s.

@@ -12,7 +12,7 @@ use eigentone_digits::Real;
 
 use crate::change::Change;
 use crate::collapse::{Grips, Turned};
-use crate::configuration::{Configuration, Guard, clipped};
+use crate::configuration::{Configuration, Guard, Place, clipped};
 use crate::error::SwitchingError;
 use crate::event::EventKind;
 use crate::march::{Doubt, Halt, March};
@@ -118,7 +118,7 @@ impl<T: Real> March<'_, '_, T> {
         self.pivot(&mut phases, &due)?;
         for (switch, (old, new)) in before.iter().zip(&phases).enumerate() {
             if self.started
-                && let Some(kind) = kind(*old, *new)
+                && let Some(kind) = kind(&self.places[switch], *old, *new)
             {
                 let known = change
                     .happened
@@ -634,11 +634,17 @@ impl<T: Real> March<'_, '_, T> {
     /// The phases that all laws agree with: where more frictions are at rest than the motion has freedoms, by limit analysis.
     ///
     /// Where static limits are above the forces of sliding there may be several: of those that two precedences lead to, the one in
-    /// which more holds, as where friction is taken for a steep function of the speed that falls beyond its top. Where
-    /// neither ends, by the least index.
+    /// which more holds, as where friction is taken for a steep function of the speed that falls beyond its top, and of as many the
+    /// one in which more has held before. Where neither ends, by the least index.
     fn pivot(&mut self, phases: &mut [Phase], due: &[usize]) -> Result<(), Halt> {
-        let mut best: Option<(usize, Vec<Phase>, Vec<usize>, Precedence)> = None;
+        let mut best: Option<Agreed> = None;
         let holding_in = |phases: &[Phase]| phases.iter().filter(|phase| is_stick(phase)).count();
+        let before = self.phases.clone();
+        let kept_in = |phases: &[Phase]| {
+            let both = before.iter().zip(phases);
+            both.filter(|(old, new)| is_stick(old) && is_stick(new))
+                .count()
+        };
         // Of one friction there is no order.
         let frictions = self.places.iter();
         let frictions = frictions.filter(|place| matches!(place.switch, Switch::Friction(_)));
@@ -661,8 +667,14 @@ impl<T: Real> March<'_, '_, T> {
                 continue;
             }
             let holding = holding_in(&found);
-            if best.as_ref().is_none_or(|(most, ..)| holding > *most) {
-                best = Some((holding, found, self.orders.clone(), precedence));
+            let rank = [holding, kept_in(&found)];
+            if best.as_ref().is_none_or(|best| rank > best.rank) {
+                best = Some(Agreed {
+                    rank,
+                    phases: found,
+                    orders: self.orders.clone(),
+                    precedence,
+                });
             }
             if is_alone || holding == holding_in(phases) {
                 break;
@@ -677,27 +689,28 @@ impl<T: Real> March<'_, '_, T> {
                 reason,
             }))
         };
-        let Some((holding, found, orders, precedence)) = best else {
+        let Some(best) = best else {
             return refuse(
                 None,
                 "no combination of states agrees with the laws of all switches",
             );
         };
-        if !is_alone && holding != holding_in(phases) && precedence != Precedence::Index {
+        let [holding, _] = best.rank;
+        if !is_alone && holding != holding_in(phases) && best.precedence != Precedence::Index {
             let mut other = phases.to_vec();
-            let ended = self.pivots(&mut other, due, (precedence, true), 100);
-            let differs = |at: &usize| found[*at] != other[*at];
-            let first = (0..found.len()).find(differs);
+            let ended = self.pivots(&mut other, due, (best.precedence, true), 100);
+            let differs = |at: &usize| best.phases[*at] != other[*at];
+            let first = (0..best.phases.len()).find(differs);
             if matches!(ended, Ok(true))
                 && first.is_some()
                 && holding_in(&other) == holding
-                && !self.moves_alike(&found, &other)?
+                && !self.moves_alike(&best.phases, &other)?
             {
                 return refuse(first, AT_ONCE);
             }
         }
-        phases.copy_from_slice(&found);
-        self.orders = orders;
+        phases.copy_from_slice(&best.phases);
+        self.orders = best.orders;
         Ok(())
     }
 
@@ -1073,7 +1086,8 @@ impl<T: Real> March<'_, '_, T> {
                 continue;
             }
             // A damper that only loses a sign does what it did.
-            let is_alike = old.setting().is_some() && old.setting() == phases[switch].setting();
+            let setting = |phase: Phase| self.places[switch].setting(phase);
+            let is_alike = setting(old).is_some() && setting(old) == setting(phases[switch]);
             // Where one gives way, what stood aside may be needed, what was held may slide, and what was still may move.
             let slides = matches!(phases[switch], Phase::Slip(_) | Phase::Free);
             let gives = slides || matches!(phases[switch], Phase::Idle(_));
@@ -1316,6 +1330,15 @@ fn sliding_in(phases: &[Phase]) -> usize {
     phases.iter().filter(slip).count()
 }
 
+/// Phases that all laws agree with.
+struct Agreed {
+    /// How many frictions hold, and how many of them have held before.
+    rank: [usize; 2],
+    phases: Vec<Phase>,
+    orders: Vec<usize>,
+    precedence: Precedence,
+}
+
 /// Whether a friction stands aside with all that it has.
 fn carries_all(phase: &Phase) -> bool {
     matches!(phase, Phase::Idle(side) if *side != 0)
@@ -1327,7 +1350,7 @@ fn is_hold(phase: &Phase) -> bool {
 }
 
 /// What a change of phase is called.
-fn kind(old: Phase, new: Phase) -> Option<EventKind> {
+fn kind<T: Real>(place: &Place<T>, old: Phase, new: Phase) -> Option<EventKind> {
     let sticks = |phase| matches!(phase, Phase::Stick | Phase::Idle(_));
     match (old, new) {
         _ if old == new || sticks(old) && sticks(new) => None,
@@ -1335,7 +1358,7 @@ fn kind(old: Phase, new: Phase) -> Option<EventKind> {
         (Phase::Slip(_), _) => Some(EventKind::Stick),
         (_, Phase::Closed | Phase::Contact) => Some(EventKind::Contact),
         (Phase::Closed | Phase::Contact, _) => Some(EventKind::Release),
-        _ if old.setting() != new.setting() => Some(EventKind::Switch),
+        _ if place.setting(old) != place.setting(new) => Some(EventKind::Switch),
         _ => None,
     }
 }

@@ -1004,3 +1004,29 @@ fn too_many_instants_are_refused() {
     let too_large = |error: &SwitchingError| matches!(error, SwitchingError::Response(ResponseError::TooLarge { instants, .. }) if *instants > 1 << 52);
     assert!(too_large(&error), "{error}");
 }
+
+/// A mass slides on another that a friction holds, and turns under a pull beyond what either friction holds: the one that has held goes
+/// on, and the mass slides back about F/k to rest.
+#[test]
+fn of_two_frictions_the_one_that_has_held_goes_on() {
+    let (speed, k) = (0.5608f64, 10.0);
+    let system = System::builder()
+        .mass("m0", 2.0)
+        .mass("m1", 1.0)
+        .spring(GROUND, "m0", k)
+        .build()
+        .expect("a system");
+    let ask = Response::of(&system).from(State::at_rest().push("m0", speed));
+    let ask = ask.every(0.5).until(2.0);
+    for limit in [1.0, 1.4, 1.6] {
+        let switches = vec![
+            friction(GROUND, "m1", 1.5, 1.5),
+            friction("m1", "m0", 1.0, limit),
+        ];
+        let motion = run(ask.clone(), switches);
+        let found = motion.trajectory().displacement();
+        let amplitude = f64::hypot(1.0 / k, speed * (2.0 / k).sqrt());
+        close(found[(0, 4)], 3.0 / k - amplitude, 1e-13);
+        assert!((0..5).all(|step| found[(1, step)] == 0.0), "{limit}");
+    }
+}

@@ -507,3 +507,57 @@ fn what_rests_beside_a_support_that_swings_has_no_period() {
         assert_eq!(found, Err(CycleError::Lost));
     }
 }
+
+/// Beside a driven mass another rests on a damper that is controlled: beside the ground on-off damping is high, as v_b² is never
+/// negative, and a clipped one is that of the sky, so that disturbances fall by e^{−cT/2m}. Between two that rest no law is linear.
+#[test]
+fn dampers_at_rest_answer_disturbances_by_their_laws() {
+    let clipped = |sky| DamperLaw::ClippedSkyhook { sky };
+    let cases = [
+        (DamperLaw::OnOffSkyhook, 4.0),
+        (clipped(3.0), 3.0),
+        (clipped(0.25), 0.5),
+        (clipped(7.0), 4.0),
+    ];
+    let chain = || {
+        System::builder()
+            .mass("a", 1.0)
+            .mass("b", 1.0)
+            .mass("c", 1.0)
+            .spring(GROUND, "a", 9.0)
+            .spring(GROUND, "b", 9.0)
+            .spring(GROUND, "c", 9.0)
+            .damper(GROUND, "a", 0.5)
+            .damper(GROUND, "c", 0.25)
+    };
+    let damper = |from: &str, law| {
+        Switch::ControlledDamper(ControlledDamper {
+            between: [from.to_owned(), "b".to_owned()],
+            law,
+            low: 0.5,
+            high: 4.0,
+        })
+    };
+    let system = chain().damper(GROUND, "b", -1.0).build().expect("a system");
+    let found = |system: &System, damper: Switch| {
+        let ask = Response::of(system).load("a", Harmonic::of(1.0, 2.0));
+        let problem = ask.every(1.0).until(60.0).problem().expect("a problem");
+        cycle(&problem, &[damper], Period::Cycles(1))
+    };
+    for (law, damping) in cases {
+        let found = found(&system, damper(GROUND, law)).expect("a cycle");
+        // Over a period of π s.
+        let decays = [0.5, 0.25, damping - 1.0].map(|c| (-0.5 * c * std::f64::consts::PI).exp());
+        for decay in decays {
+            let each = found.multipliers.iter();
+            let near = each.filter(|one| (one.norm() - decay).abs() < 1e-9 * decay);
+            assert_eq!(near.count(), 2, "{law:?}");
+        }
+        assert_eq!(found.stable, Some(damping > 1.0), "{law:?}");
+        assert!(found.events.is_empty());
+    }
+    let system = chain().build().expect("a system");
+    let none = found(&system, damper("c", DamperLaw::OnOffSkyhook));
+    let is_none = matches!(none, Err(CycleError::NoMultipliers { .. }));
+    assert!(is_none, "{none:?}");
+}
